@@ -1,7 +1,7 @@
 # Installed package: find_package(highwall COMPONENTS core factors frontend mapping). Each module
 # has an export set of its own, so that each works without the others that it does not need:
 #   cmake --install build --component core
-# Of shared libraries (-DBUILD_SHARED_LIBS=ON) the component runtime holds what programs need to run.
+# With -DBUILD_SHARED_LIBS=ON the component runtime contains the files that programs need to run.
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/highwall)
 foreach(module IN LISTS modules)
@@ -24,7 +24,7 @@ install(FILES ${PROJECT_BINARY_DIR}/highwallConfig.cmake
         DESTINATION ${package_dir} COMPONENT core)
 include(${CMAKE_CURRENT_LIST_DIR}/HighwallPkgConfig.cmake)
 
-# README.md and docs/ side by side, as in the source: their links hold.
+# README.md and docs/ are installed side by side, as in the source, so that their links are valid.
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT core)
 install(FILES README.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs)

@@ -1,4 +1,4 @@
-# highwall_warnings(target): the project's warnings, errors only where CI asks for it.
+# highwall_warnings(target): adds the project's warnings, which are errors only if CI asks for it.
 function(highwall_warnings target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wconversion -Wshadow)
   # g++ 12 warns of overlaps inside std::string's own operator+ (GCC bug 105651).
@@ -12,9 +12,10 @@ function(highwall_warnings target)
   target_compile_definitions(${target} PRIVATE $<$<CONFIG:Debug>:EIGEN_INITIALIZE_MATRICES_BY_NAN>)
 endfunction()
 
-# highwall_unity(target): where CMAKE_UNITY_BUILD is on (the presets), up to eight sources of a folder
-# are compiled as one, which parses headers and instantiates Eigen's templates once for all of them.
-# So a name in an unnamed namespace is used once in a folder. A source with options of its own stays alone.
+# highwall_unity(target): if CMAKE_UNITY_BUILD is on (the presets), compiles up to eight sources of
+# a folder as one, which parses headers and instantiates Eigen's templates once for all of them.
+# Therefore each name in an unnamed namespace must be unique in its folder. A source with its own
+# options is compiled alone.
 function(highwall_unity target)
   if(NOT CMAKE_UNITY_BUILD)
     return()
@@ -31,18 +32,18 @@ function(highwall_unity target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
 endfunction()
 
-# highwall_compile_quickly(target): for tests and for what reads options, calls the libraries and writes
-# results. With -O1 they compile in three quarters of the time that -O3 takes.
+# highwall_compile_quickly(target): for tests and for code that reads options, calls the libraries
+# and writes results. With -O1 they compile in three quarters of the time that -O3 takes.
 function(highwall_compile_quickly target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
 # highwall_library(name SOURCES ... PUBLIC_LINK ... PRIVATE_LINK ...)
 # One module: target highwall_<name>, alias highwall::<name>, installed with its headers in the
-# export set highwall_<name> and the install component <name>. Headers are what lies below include/:
-# that is what public means here, and a list beside it could only differ. Those below internal/ are
-# for the other modules of Highwall, and not installed. As a shared library it exports what the
-# headers of both declare (scripts/check_visibility.cmake); its file and that of pkg-config are
+# export set highwall_<name> and the install component <name>. Its public headers are the files
+# below include/; a separate list could only deviate from them. Those below internal/ are for the
+# other modules of Highwall and are not installed. A shared library exports the declarations in both
+# kinds of headers (scripts/check_visibility.cmake); its file and its pkg-config file are named
 # highwall_<name> and highwall-<name>.
 function(highwall_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC_LINK;PRIVATE_LINK" ${ARGN})

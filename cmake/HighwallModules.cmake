@@ -1,5 +1,5 @@
-# Reads HIGHWALL_MODULES, names with commas (or a list), into `modules`, in the order in which they
-# are built, and says whether they are all there in HIGHWALL_HAS_EVERY_MODULE.
+# Reads HIGHWALL_MODULES, names with commas (or a list), into `modules`, in build order, and sets
+# HIGHWALL_HAS_EVERY_MODULE if all modules are named.
 include(CMakeDependentOption)
 set(every_module core factors frontend mapping)
 set(core_needs "")

@@ -28,8 +28,8 @@ set(CPACK_DEBIAN_PACKAGE_PRIORITY optional)
 
 # highwall_package(name COMPONENTS ... SECTION ... SUMMARY ... DESCRIPTION ... [ARCHITECTURE all]
 #                  [DEPENDS ...] [RECOMMENDS ...])
-# With copyright and changelog, as Debian's policy wants them (12.5, 12.7). DEPENDS: besides the
-# shared libraries of other packages, which are found by themselves.
+# Adds copyright and changelog as Debian's policy requires (12.5, 12.7). DEPENDS: dependencies in
+# addition to the shared libraries of other packages, which are detected automatically.
 function(highwall_package package)
   cmake_parse_arguments(PARSE_ARGV 1 ARG ""
     "SECTION;SUMMARY;DESCRIPTION;ARCHITECTURE;DEPENDS;RECOMMENDS" "COMPONENTS")
@@ -53,7 +53,7 @@ function(highwall_package package)
   set(CPACK_COMPONENTS_ALL ${CPACK_COMPONENTS_ALL} ${ARG_COMPONENTS} PARENT_SCOPE)
 endfunction()
 
-# Debian's form of a changelog, which leads to ours. SOURCE_DATE_EPOCH sets its date.
+# Debian's form of a changelog, which refers to ours. SOURCE_DATE_EPOCH sets its date.
 string(TIMESTAMP changelog_date "%a, %d %b %Y 00:00:00 +0000" UTC)
 configure_file(${CMAKE_CURRENT_LIST_DIR}/debian/changelog.in ${PROJECT_BINARY_DIR}/changelog @ONLY)
 execute_process(COMMAND gzip -9nc INPUT_FILE ${PROJECT_BINARY_DIR}/changelog
@@ -72,7 +72,7 @@ highwall_package(libhighwall-dev COMPONENTS ${modules} SECTION libdevel
   DESCRIPTION "Headers, and what CMake and pkg-config need to find the libraries, each\nmodule by \
 itself: core, factors, frontend, mapping."
   DEPENDS "libhighwall${HIGHWALL_SOVERSION} ${same}, libceres-dev, libeigen3-dev"
-  # Who needs core and factors alone needs nothing of OpenCV.
+  # Users of core and factors alone need nothing of OpenCV.
   RECOMMENDS "libopencv-dev, cmake, g++, pkgconf")
 if(HIGHWALL_BUILD_APPS)
   highwall_package(highwall-tools COMPONENTS apps SECTION science

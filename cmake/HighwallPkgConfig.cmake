@@ -1,5 +1,5 @@
-# A file for pkg-config for each module: highwall-core, highwall-factors, ...
-# Ceres has none of its own; opencv4.pc names every module of OpenCV, and is therefore not required.
+# One pkg-config file per module: highwall-core, highwall-factors, ... Ceres has none of its own;
+# opencv4.pc names every module of OpenCV, and is therefore not required.
 set(pc_core_description "Poses, cameras, factor graph, trajectories")
 set(pc_core_requires "eigen3 >= 3.4, libglog")
 set(pc_core_libs -lceres)

@@ -1,11 +1,11 @@
-# Includes follow the arrows of docs/architecture.md: core <- factors <- frontend, core <- mapping,
-# between the rooms of frontend and the folders of apps/simulate. A file that includes from above
-# its own place is named, and so is an installed header that includes one that is not, and a test or
-# a benchmark that includes from the folder of another.
+# Checks that includes follow the arrows of docs/architecture.md: core <- factors <- frontend, core
+# <- mapping, between the folders of frontend and of apps/simulate. Names every file that includes
+# from above its own place, every installed header that includes one that is not installed, and
+# every test or benchmark that includes from the folder of another.
 # Usage: cmake -D ROOT=<project> -P scripts/check_arrows.cmake
 cmake_minimum_required(VERSION 3.23)
 
-# What the files of a place may include beside their own place.
+# The places from which the files of a place may include, in addition to their own.
 set(core "")
 set(factors core)
 set(mapping core)
@@ -70,7 +70,7 @@ foreach(place IN LISTS places)
     endforeach()
   endforeach()
 endforeach()
-# What several folders of tests or the benchmarks share lies in tests/support.
+# Code shared by several folders of tests or by the benchmarks lies in tests/support.
 file(GLOB_RECURSE files RELATIVE ${ROOT}
      ${ROOT}/tests/*.h ${ROOT}/tests/*.cc ${ROOT}/benchmarks/*.h ${ROOT}/benchmarks/*.cc)
 foreach(file IN LISTS files)

@@ -1,16 +1,16 @@
-# HIGHWALL_MODULES=core,factors is configured, built and tested with Eigen, Ceres and GoogleTest
-# alone: no other package that the project uses may be found. What is built is a project that takes
-# both with add_subdirectory, whose programs run as well, without a build type, as such a project may
-# be; by itself Highwall is configured only. By clang where it is, which takes a third of the time.
+# Configures, builds and tests HIGHWALL_MODULES=core,factors with Eigen, Ceres and GoogleTest alone:
+# no other package that the project uses may be found. Builds a project that takes both with
+# add_subdirectory, and runs its programs, without a build type, as such a project may be; Highwall
+# by itself is only configured. Uses clang if available, which takes a third of the time.
 # Usage: cmake -D ROOT=<project> -D BUILD=<folder, made anew> [-D TESTS=<regular expression>]
 #              -P scripts/check_core_and_factors.cmake
-# TESTS: the sources of tests that are built and run; "." are all of them.
+# TESTS: the test sources that are built and run; "." matches all of them.
 cmake_minimum_required(VERSION 3.23)
 if(NOT TESTS)
   set(TESTS "^(core_pose|core_variable_types|factors_variable_types|factors_zero_velocity)_test$")
 endif()
 
-# run(what command ...): ends the script with the last lines of the output if the command fails.
+# run(what command ...): stops the script with the last lines of the output if the command fails.
 function(run what)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE out ERROR_VARIABLE out)
   if(NOT result EQUAL 0)

@@ -1,5 +1,5 @@
-# What .dockerignore lets in is there, and is all that the build in the Dockerfile reads: what the
-# lists of CMake name of the project's folder, and what the Dockerfile copies from it.
+# Checks that the files that .dockerignore admits exist, and that they are all that the build in the
+# Dockerfile reads: the project files that CMake lists name, and those that the Dockerfile copies.
 # Usage: cmake -D ROOT=<project> -P scripts/check_docker_context.cmake
 cmake_minimum_required(VERSION 3.23)
 set(errors "")
@@ -18,7 +18,7 @@ foreach(line IN LISTS lines)
   endif()
 endforeach()
 
-# What is read: modules, whatever is named by its path, and what is installed as it is.
+# Files that are read: modules, files named by their path, and files installed unchanged.
 set(read CMakeLists.txt CMakePresets.json core factors frontend mapping)
 file(GLOB_RECURSE lists ${ROOT}/cmake/* ${ROOT}/core/CMakeLists.txt ${ROOT}/factors/CMakeLists.txt
      ${ROOT}/frontend/CMakeLists.txt ${ROOT}/mapping/CMakeLists.txt ${ROOT}/apps/CMakeLists.txt

@@ -1,6 +1,7 @@
-# Eigen 3.4 and whatever is newer is accepted, an older one refused by its version: where Highwall is
-# built (cmake/HighwallEigen.cmake), and where it is installed (highwallConfig.cmake). The packages
-# of Eigen and Ceres are made here, with version files as those have them.
+# Checks that Eigen 3.4 and newer are accepted, and an older one refused by its version: where
+# Highwall is built (cmake/HighwallEigen.cmake), and where it is installed (highwallConfig.cmake).
+# The packages of Eigen and Ceres are mock packages made here, with version files like the real
+# ones.
 # Usage: cmake -D ROOT=<project> -D WORK=<folder> -P scripts/check_eigen.cmake
 cmake_minimum_required(VERSION 3.23)
 set(CMAKE_FIND_USE_CMAKE_SYSTEM_PATH OFF)  # nor is any other found

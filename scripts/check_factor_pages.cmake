@@ -1,5 +1,5 @@
-# Every header of factors has a page docs/factors/<name>.md with a Source section, and every page is
-# named by a header, there or in core (the residuals that know no sensor).
+# Checks that every header of factors has a page docs/factors/<name>.md with a Source section, and
+# that every page is named by a header, there or in core (sensor-independent residuals).
 # Usage: cmake -D ROOT=<project> -P scripts/check_factor_pages.cmake
 cmake_minimum_required(VERSION 3.23)
 set(errors "")

@@ -1,6 +1,6 @@
-# Makes the manual, and fails where doxygen warns: a class, struct, enumeration, alias or function of
-# an installed header without a comment, a formula or a link that is broken. Members of a type may
-# stand without a comment of their own where their names, types and units say it all.
+# Builds the manual, and fails if doxygen warns: a class, struct, enumeration, alias or function of
+# an installed header without a comment, or a broken formula or link. Members of a type need no
+# comment of their own if their names, types and units are sufficient.
 # Usage: cmake -D DOXYGEN=<program> -D DOXYFILE=<file> -P scripts/check_manual.cmake
 cmake_minimum_required(VERSION 3.23)
 execute_process(COMMAND ${DOXYGEN} ${DOXYFILE} ERROR_VARIABLE output RESULT_VARIABLE result)

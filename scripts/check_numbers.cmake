@@ -1,5 +1,5 @@
-# Numbers are written and read by highwall/internal/number_text.h or fmt, which follow no locale of
-# the process; what follows one is named.
+# Checks that numbers are written and read by highwall/internal/number_text.h or fmt, which do not
+# depend on the locale of the process; names locale-dependent code.
 # Usage: cmake -D ROOT=<project> -P scripts/check_numbers.cmake
 cmake_minimum_required(VERSION 3.23)
 set(follows "std::[io]?stringstream|(^|[^a-z:])(std::)?v?[fs]?n?printf\\(|strto(d|f|ld)\\(|std::sto(d|f|ld)\\(")

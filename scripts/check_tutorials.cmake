@@ -1,12 +1,13 @@
-# The first C++ blocks of docs/tutorial_<name>.md are what tests/tutorials/<name>_test.cc has between
-# the pairs of lines "// [tutorial]" and "// [/tutorial]", in order.
+# Checks that the first C++ blocks of docs/tutorial_<name>.md equal the text in
+# tests/tutorials/<name>_test.cc between the pairs of lines "// [tutorial]" and "// [/tutorial]", in
+# order.
 # Usage: cmake -D ROOT=<project> -P scripts/check_tutorials.cmake
 cmake_minimum_required(VERSION 3.23)
 file(GLOB pages ${ROOT}/docs/tutorial_*.md)
 if(NOT pages)
   message(FATAL_ERROR "no tutorials in ${ROOT}/docs")
 endif()
-# Every piece that `file` has between a `begin` and the `end` after it, each followed by a mark.
+# Returns every piece of `file` between a `begin` and the next `end`, each followed by a mark.
 function(texts_between file begin end result)
   file(READ ${file} text)
   set(all "")

@@ -1,5 +1,5 @@
-# Shared libraries hide what no header of include/ or internal/ declares (CMakeLists.txt): there
-# namespace highwall is opened as visible, and nowhere else.
+# Checks that shared libraries hide everything that no header of include/ or internal/ declares
+# (CMakeLists.txt): only there is namespace highwall opened as visible.
 # Usage: cmake -D ROOT=<project> -P scripts/check_visibility.cmake
 cmake_minimum_required(VERSION 3.23)
 set(visible "namespace [[gnu::visibility(\"default\")]] highwall {")

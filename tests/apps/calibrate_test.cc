@@ -37,8 +37,8 @@ Outcome Calibrate(const std::string& options) {
   return testing::RunProgram(testing::kHighwallProgram, "calibrate " + options);
 }
 
-// A room that is filmed by a camera on a body that turns about all of its axes, with a clock that
-// is 12 ms behind its IMU's.
+// Simulates the recording of a room by a camera on a body that rotates about all of its axes; its
+// clock is 12 ms behind the clock of its IMU.
 simulate::Simulation Recording(const std::function<void(simulate::SimulationOptions&)>& change =
                                    [](simulate::SimulationOptions&) {}) {
   const SinusoidalMotion motion(1.2);
@@ -56,7 +56,8 @@ simulate::Simulation Recording(const std::function<void(simulate::SimulationOpti
   return simulate::SimulateRecordedRoom(simulate::FitRecordedMotion(poses, readings), options);
 }
 
-// Another factor than most, of which the calibration says 3 % too much: depth reads too short.
+// A factor that differs from the common one; the calibration states one 3 % too large, so depth is
+// too short.
 constexpr double kTrueFactor = 1000.0, kStatedFactor = 1030.0;
 
 void WriteWithWrongFactor(const simulate::Simulation& recording, const fs::path& dataset) {
@@ -93,7 +94,7 @@ TEST(CalibrateCommand, FindsTheCameraOnTheImuAndWritesACalibrationThatIsReadBack
   EXPECT_EQ(config.imu->time_offset, report["time_offset_s"]);
   EXPECT_NEAR(config.sensor.depth_factor, kTrueFactor, 0.01 * kTrueFactor);
 
-  // From poses that are there already, and with a depth that is said to be right.
+  // Uses existing poses, and a depth that is declared correct.
   const std::string poses = (dataset / "groundtruth.txt").string();
   const Outcome kept = Calibrate(dataset.string() + " --json --keep-depth --trajectory " + poses +
                                  " --out " + written.string());
@@ -121,7 +122,7 @@ TEST(CalibrateCommand, FindsIntrinsicsThatAreOffByOnePercent) {
   const std::vector<double> errors = {found.fx - truth.fx, found.fy - truth.fy, found.cx - truth.cx,
                                       found.cy - truth.cy};
   for (std::size_t i = 0; i < errors.size(); ++i) {
-    // Pixels of a rendered image lie to a tenth, on the same side for many frames.
+    // Rendered pixels are accurate to a tenth, with errors of one sign over many frames.
     EXPECT_LT(std::abs(errors[i]), 0.003 * truth.fx) << i;
     EXPECT_GT(report["sigma_px"][i], 0.0);
     EXPECT_LT(report["sigma_px"][i], 0.003 * truth.fx);
@@ -130,7 +131,7 @@ TEST(CalibrateCommand, FindsIntrinsicsThatAreOffByOnePercent) {
                          {"--intrinsics", "--trajectory"});
 }
 
-// A camera that hardly turns tells little of its principal point.
+// A camera that hardly rotates hardly constrains its principal point.
 TEST(CalibrateCommand, IntrinsicsThatWereNotSeenStayAsTheyAreKnown) {
   const testing::TemporaryDirectory folder;
   const fs::path dataset = folder / "walk", written = folder / "found.yaml";
@@ -176,7 +177,7 @@ TEST(CalibrateCommand, FindsWhenTheRowsAreTakenAndWritesWhatItHasSeen) {
   EXPECT_GT(report["rounds"], 2) << "what was found changes the map";
   EXPECT_LT(report["rounds"], 6) << "and settles";
   const FrameTiming found = apps::LoadConfig(written).sensor.timing;
-  // What is stated, 0, stands until it is two standard deviations off.
+  // The stated value, 0, is kept unless the estimate differs by two standard deviations.
   const auto is_written = [&times](const char* key, double value) {
     const double told = times[key]["value_s"], sigma = times[key]["sigma_s"];
     const bool is_off = times[key]["seen"].get<bool>() && std::abs(told) > 2.0 * sigma;
@@ -185,8 +186,8 @@ TEST(CalibrateCommand, FindsWhenTheRowsAreTakenAndWritesWhatItHasSeen) {
   EXPECT_TRUE(is_written("colour_readout", found.colour_readout)) << times;
   EXPECT_TRUE(is_written("depth_readout", found.depth_readout)) << times;
   EXPECT_TRUE(is_written("depth_delay", found.depth_delay)) << times;
-  // Ninety frames bring the filter a third of the way, and the map holds on to the rest: only from
-  // round to round they come near. What is left is less than the last step.
+  // The filter moves a third of the way in ninety frames, and the map keeps the rest: the values
+  // converge only over several rounds. The remaining error is less than the last step.
   EXPECT_NEAR(found.colour_readout, 0.03, 0.002);
   EXPECT_NEAR(found.depth_delay, 0.02, 0.003);
   std::ifstream file(written);
@@ -225,13 +226,12 @@ TEST(CalibrateCommand, TakesARunByImagesAloneAndNoOther) {
   testing::ExpectRefused(Calibrate(run.string()), 2, {"run.json", "--imu off"});
   write("off", (folder / "gone").string());
   testing::ExpectRefused(Calibrate(run.string()), 2, {"run.json", "gone", "not there"});
-  // Its poses are of no use without an IMU.
+  // The poses of the run are of no use without an IMU.
   write("off", (folder / "room").string());
   testing::ExpectRefused(Calibrate(run.string()), 2, {(folder / "room").string(), "has no IMU"});
 }
 
-// A camera without an IMU that comes near and goes away again, whose depth reads 2 % too long at 3
-// m.
+// A camera without an IMU that approaches and recedes; its depth reads 2 % too long at 3 m.
 TEST(CalibrateCommand, FindsTheOffsetOfDepthWithoutAnImu) {
   const testing::TemporaryDirectory folder;
   const fs::path dataset = folder / "walk", written = folder / "found.yaml";
@@ -255,7 +255,7 @@ TEST(CalibrateCommand, FindsTheOffsetOfDepthWithoutAnImu) {
   EXPECT_EQ(config.sensor.inverse_depth_offset, std::abs(value) > 3.0 * sigma ? value : 0.0);
   EXPECT_FALSE(config.imu.has_value());
 
-  // What is stated is part of what is found, and stays where depth is said to be right.
+  // The estimate includes the stated offset, which is kept where depth is declared correct.
   apps::RunConfig stated = apps::LoadConfig(dataset / "calibration.yaml");
   stated.sensor.inverse_depth_offset = truth;
   apps::WriteConfig(dataset / "calibration.yaml", stated);
@@ -288,7 +288,7 @@ TEST(CalibrateCommand, FindsAPatternOfDepthOverTheImage) {
   EXPECT_EQ(found["values_per_m"].get<std::vector<double>>(),
             std::vector<double>(pattern.nodes.begin(), pattern.nodes.end()));
   DepthPattern left{pattern.nodes - truth.nodes};
-  left.nodes.array() -= left.nodes.mean();  // that is the offset's
+  left.nodes.array() -= left.nodes.mean();  // the mean belongs to the offset
   EXPECT_LT(left.Rms(), 0.3 * truth.Rms());
   std::ifstream file(written);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
@@ -299,7 +299,7 @@ TEST(CalibrateCommand, FindsAPatternOfDepthOverTheImage) {
   EXPECT_TRUE(apps::LoadConfig(written).sensor.depth_pattern.IsZero());
 }
 
-// What `highwall slam` finds by itself, while it tracks.
+// `highwall slam` estimates the depth distortion online.
 TEST(SlamCommand, MendsAPatternOfDepthThatItFinds) {
   const testing::TemporaryDirectory folder;
   const fs::path dataset = folder / "walk";
@@ -331,7 +331,7 @@ TEST(SlamCommand, MendsAPatternOfDepthThatItFinds) {
   for (std::size_t i = 0; i < found.size(); ++i) {
     left.nodes[static_cast<Eigen::Index>(i)] = found[i] - truth.nodes[static_cast<Eigen::Index>(i)];
   }
-  left.nodes.array() -= left.nodes.mean();  // what is off everywhere is not looked for
+  left.nodes.array() -= left.nodes.mean();  // a constant offset is not estimated
   EXPECT_LT(left.Rms(), 0.5 * truth.Rms());
 }
 
@@ -341,7 +341,7 @@ TEST(CalibrateCommand, RefusesARecordingOfAMomentAndOneThatIsNone) {
   testing::ExpectRefused(Calibrate((folder / "room").string()), 2,
                          {(folder / "room").string(), "record for longer"});
   EXPECT_EQ(Calibrate((folder / "nowhere").string()).exit_code, 2);
-  // A name without a folder: that of the present one.
+  // A file name without a folder refers to the current folder.
   testing::ExpectRefused(Calibrate((folder / "room").string() + " --out found.yaml"), 2,
                          {"record for longer"});
   EXPECT_EQ(Calibrate("").exit_code, 1);

@@ -68,12 +68,12 @@ SimulationOptions SmallOptions() {
 TEST(MotionBlur, WidensAnEdgeToTheWayItGoes) {
   const Rendering edge = MakeEdge(2.0f);
   const MotionBlur blur(SmallCamera());
-  // Sideways by x: the wall moves f x / z = 8 px.
+  // The camera moves sideways by x: the wall moves by f x / z = 8 px.
   const double x = 8.0 * 2.0 / 153.75;
   const cv::Mat blurred = blur.Apply(edge.bgr, edge.depth,
                                      ExposureMotion{Pose::FromTangent({-0.5 * x, 0, 0}, {0, 0, 0}),
                                                     Pose::FromTangent({0.5 * x, 0, 0}, {0, 0, 0})});
-  const auto column = [&](float level) {  // where the ramp reaches it, to a fraction of a pixel
+  const auto column = [&](float level) {  // where the ramp reaches it, with subpixel accuracy
     for (int u = 1; u < 160; ++u) {
       const float here = blurred.at<cv::Vec3f>(60, u)[0],
                   before = blurred.at<cv::Vec3f>(60, u - 1)[0];
@@ -81,9 +81,9 @@ TEST(MotionBlur, WidensAnEdgeToTheWayItGoes) {
     }
     return -1.0f;
   };
-  // From 10 to 90 % of the step: 0.8 of the way; interpolation rounds the ends of the ramp off.
+  // From 10 to 90 % of the step: 0.8 of the path; interpolation rounds the ends of the ramp.
   EXPECT_NEAR(column(130.0f) - column(50.0f), 0.8f * 8.0f, 0.3f);
-  EXPECT_NEAR(0.5f * (column(130.0f) + column(50.0f)), 79.5f, 0.05f);  // about the middle instant
+  EXPECT_NEAR(0.5f * (column(130.0f) + column(50.0f)), 79.5f, 0.05f);  // about the central instant
 }
 
 TEST(MotionBlur, LeavesAStillImageAloneAndTheFarUnmovedBySteps) {
@@ -113,7 +113,7 @@ TEST(Exposure, TakesTimeFirstAndGainThen) {
   EXPECT_NEAR(choose(10.0).time, 0.02, 1e-12);
   EXPECT_NEAR(choose(10.0).gain, 4.0, 1e-6);
   EXPECT_NEAR(choose(10.0).scale * 10.0, 100.0, 1e-4);
-  EXPECT_EQ(choose(1.0).gain, 8.0);  // and the image stays dark
+  EXPECT_EQ(choose(1.0).gain, 8.0);  // the image remains dark
   options.mode = ExposureMode::kFixed;
   EXPECT_EQ(choose(10.0).time, 0.008);
   EXPECT_EQ(choose(10.0).scale, 1.0);
@@ -136,11 +136,11 @@ TEST(Haze, ContrastFallsExponentiallyWithDepth) {
     return static_cast<double>(edge.bgr.at<cv::Vec3f>(60, 80)[1] -
                                edge.bgr.at<cv::Vec3f>(60, 79)[1]);
   };
-  // The swathe through this pixel has a density of its own, the same at all depths.
+  // The haze along this pixel's ray has its own density, which is the same at all depths.
   const double density = -std::log(contrast(1.0f) / 100.0);
   EXPECT_GT(density, 0.04);
   EXPECT_LT(density, 0.8);
-  // Two neighbours lie in the swathe a little differently.
+  // The rays of two neighbours pass through slightly different haze.
   EXPECT_NEAR(-std::log(contrast(4.0f) / 100.0), 4.0 * density, 0.1 * density);
 }
 
@@ -170,7 +170,7 @@ TEST_P(D435iDepth, HasTheSigmaOfTriangulationTimesTheRatio) {
   }
   const double model = 0.08 * std::pow(static_cast<double>(z), 2) / (425.0 * 0.05);
   EXPECT_NEAR(options.Noise().Sigma(static_cast<double>(z)), model, 1e-12) << "the data sheet's";
-  // 5 x 1200 independent grains: sigma / sqrt(2 n) is 0.9 %; three of them.
+  // 5 x 1200 independent grains: sigma / sqrt(2 n) is 0.9 %; the tolerance is three of them.
   EXPECT_NEAR(std::sqrt(squares / count) / (ratio * model), 1.0, 0.03);
   EXPECT_LT(std::abs(sum / count), 4.0 * ratio * model / std::sqrt(6000.0));
 }
@@ -184,7 +184,7 @@ TEST(D435i, SeesNothingWhereTheSecondCameraCannot) {
   scene.depth.colRange(100, 160).setTo(1.0);
   const SensorOptions options{.noise = SensorNoise::kD435i};
   const cv::Mat depth = Sensor(options, SmallCamera(), 1).Observe(scene, 0).depth;
-  // Left of the near edge, f b (1/1 - 1/3) = 5.1 px are hidden.
+  // To the left of the near edge f b (1/1 - 1/3) = 5.1 px are occluded.
   EXPECT_EQ(cv::countNonZero(depth.colRange(95, 100)), 0);
   EXPECT_EQ(cv::countNonZero(depth.colRange(0, 94)), 120 * 94);
   EXPECT_EQ(cv::countNonZero(depth.colRange(100, 160)), 120 * 60);
@@ -209,7 +209,7 @@ TEST(D435i, GainRaisesTheNoiseOfColour) {
     cv::meanStdDev(sensor.Observe(plain, 0, 0, gain).bgr, mean, deviation);
     return deviation[0];
   };
-  // Read noise, shot noise and rounding.
+  // The sum of read noise, shot noise and rounding.
   EXPECT_NEAR(sigma(1.0), std::sqrt(0.64 + 2.0 + 1.0 / 12.0), 0.03);
   EXPECT_NEAR(sigma(8.0), std::sqrt(0.64 * 64.0 + 16.0 + 1.0 / 12.0), 0.15);
 }
@@ -229,7 +229,7 @@ TEST(Stretches, OfASceneComeBackEveryLapAndEndWithTheSequence) {
   SimulationOptions options = SmallOptions();
   options.duration = 10.0;
   options.blackouts = {{.begin = 3.0, .duration = 2.0}, {.begin = 11.0, .duration = 1.0}};
-  // Laps of 4 s, behind by a second of rest and half a second of acceleration.
+  // Laps of 4 s, delayed by a second of rest and half a second of acceleration.
   const Simulation simulation = SimulateWall(options, {{StretchKind::kDust, 1.0, 2.0}});
   ASSERT_EQ(simulation.stretches().size(), 3u);
   EXPECT_EQ(simulation.stretches()[0].begin, 2.5);
@@ -258,7 +258,7 @@ TEST(Simulation, ACoveredLensSeesNothing) {
   }
 }
 
-// A white plate 0.4 m wide at depth z [m] before the camera's first place.
+// Makes a white plate 0.4 m wide at depth z [m] in front of the camera's initial position.
 Scene MakePlate(double z) {
   Scene scene;
   const int white =
@@ -281,7 +281,7 @@ TEST(Simulation, WhatMovesIsInFrontOfWhatIsFartherAndBehindWhatIsNearer) {
   EXPECT_NEAR(behind.depth.at<float>(60, 80), 2.0f, 1e-6f);
   EXPECT_NEAR(before.depth.at<float>(60, 80), 1.8f, 1e-6f);
   cv::Mat moved = before.depth != without.depth;
-  // 0.4 m at 1.8 m are 34.2 px.
+  // A width of 0.4 m at 1.8 m is 34.2 px.
   EXPECT_NEAR(cv::countNonZero(moved), 34.2 * 34.2, 2.0 * 34.2);
 }
 

@@ -25,7 +25,7 @@ using testing::WriteTum;
 constexpr const char* kCamera =
     "camera: {width: 320, height: 240, fx: 260.5, fy: 261, cx: 159.5, cy: 120}\n";
 
-// The message for a configuration file of this text, without its path.
+// Returns the error message for a configuration file with this text, without its path.
 std::string LoadMessage(const std::string& text) {
   const TemporaryDirectory folder;
   const std::string path = (folder.path() / "c.yaml").string();
@@ -101,7 +101,7 @@ TEST(Config, ReadsTheNoiseOfAStereoSensor) {
   WriteText(path, start + "{baseline: 0.05, focal: 385}\n");
   const DepthNoise usual = LoadConfig(path).sensor.depth_noise;
   EXPECT_NEAR(usual.Sigma(1.5), DepthNoise::Stereo(0.08, 385.0, 0.05).Sigma(1.5), 1e-12);
-  // It is one or the other.
+  // The two alternatives exclude each other.
   const auto message = [&](const std::string& noise) { return LoadMessage(start + noise + "\n"); };
   EXPECT_NE(message("{baseline: 0.05}").find("focal"), std::string::npos);
   EXPECT_NE(message("{baseline: 0.05, focal: -1}").find("focal"), std::string::npos);
@@ -420,7 +420,7 @@ TEST(WriteConfig, IsReadBack) {
   EXPECT_EQ(read.sensor.depth_noise.quadratic, config.sensor.depth_noise.quadratic);
   EXPECT_EQ(read.sensor.inverse_depth_offset, config.sensor.inverse_depth_offset);
   EXPECT_EQ(read.sensor.depth_pattern.nodes, config.sensor.depth_pattern.nodes);
-  // A matrix on the way between two quaternions.
+  // A matrix halfway between two quaternions.
   EXPECT_LT((read.imu->T_BC.Matrix() - config.imu->T_BC.Matrix()).norm(), 1e-15);
   EXPECT_EQ(read.imu->noise.gyroscope_walk, config.imu->noise.gyroscope_walk);
   EXPECT_EQ(read.imu->time_offset, config.imu->time_offset);

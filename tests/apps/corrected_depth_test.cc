@@ -1,5 +1,5 @@
-// Dense maps are made of depth as it is known by now: at the time of its pixels, without the
-// pattern of its sensor.
+// Dense maps are built from depth corrected by the current estimate: with rolling-shutter
+// compensation and without the depth distortion of the sensor.
 #include <cstddef>
 #include <filesystem>
 #include <string>
@@ -40,7 +40,7 @@ class CorrectedDepth : public ::testing::Test {
   std::string out_;
 };
 
-// Rows that are read out over 30 ms, and depth that is as much late, by a calibration that says so.
+// Rows are read out over 30 ms and depth is equally late, and the calibration states both.
 TEST_F(CorrectedDepth, OfRowsIsTakenAtTheTimeOfItsPixelsByARunAndByAMapOfIt) {
   simulate::SimulationOptions options = testing::SmallRoomOptions();
   options.seed = 3;
@@ -61,7 +61,7 @@ TEST_F(CorrectedDepth, OfRowsIsTakenAtTheTimeOfItsPixelsByARunAndByAMapOfIt) {
   EXPECT_LT(again, 0.6 * raw);
 }
 
-// Its first seconds are mapped before the pattern is known.
+// The first seconds are mapped before the depth distortion is known.
 TEST_F(CorrectedDepth, OfAPatternThatIsFoundFollowsFromTheFirstKeyframeOn) {
   simulate::SimulationOptions options = testing::SmallRoomOptions();
   options.duration = 10.0;
@@ -74,7 +74,7 @@ TEST_F(CorrectedDepth, OfAPatternThatIsFoundFollowsFromTheFirstKeyframeOn) {
   const double of_run = Error("run/cloud.ply"), again = Error("again/cloud.ply"),
                raw = Error("raw/cloud.ply");
   EXPECT_LT(of_run, 0.9 * raw);
-  // The run corrects the rows of its keyframes by what it knew of their times then.
+  // The run corrects the rows of its keyframes by the estimate of their times at that moment.
   EXPECT_NEAR(of_run, again, 0.1 * again);
 }
 

@@ -1,4 +1,4 @@
-// Runs `highwall demo` on a recording that is there already, as when it is run again.
+// Runs `highwall demo` on a recording that exists already, as in a second run.
 #include <filesystem>
 #include <string>
 

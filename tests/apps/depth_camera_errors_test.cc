@@ -16,16 +16,16 @@
 #include "simulate/camera/sensor.h"
 #include "simulate/camera/simulation.h"
 
-// What cheap depth cameras do: images that are read row by row, depth that comes later than colour
-// and reads too long.
+// Errors of cheap depth cameras: rolling shutter, depth that is delayed relative to colour, and
+// depth that reads too long.
 namespace highwall::simulate::depth_camera_errors_test {
 namespace {
 
 constexpr int kWidth = 160, kHeight = 120;
 constexpr double kFocal = 153.75;  // [px]
-constexpr double kWall = 3.0;   // [m] z of a wall across the way, dark left of x = 0, else bright
+constexpr double kWall = 3.0;   // [m] z of a fronto-parallel wall, dark left of x = 0, else bright
 constexpr double kSpeed = 2.0;  // [m/s]
-constexpr int kFrame = 30;      // 1 s after the first, in the middle of a straight way
+constexpr int kFrame = 30;      // 1 s after the first, in the middle of a straight segment
 
 SimulationOptions Options() {
   SimulationOptions options;
@@ -51,11 +51,11 @@ Scene MakeWall() {
   return scene;
 }
 
-// There and back along a unit vector at an even speed, in 4 s; in the origin, looking along z, in
-// frame kFrame.
+// Moves back and forth along a unit vector at constant speed, with a period of 4 s; in frame kFrame
+// the camera is at the origin and looks along z.
 Simulation Along(const Eigen::Vector3d& direction, const SimulationOptions& options,
                  MovingScene moving = {}) {
-  constexpr int kKnots = 40, kAtFrame = 11;  // the knot where it is in frame kFrame
+  constexpr int kKnots = 40, kAtFrame = 11;  // the knot at the pose of frame kFrame
   constexpr double kPeriod = 4.0, kWay = kSpeed * kPeriod / kKnots;  // [m] from knot to knot
   std::vector<Pose> control;
   for (int i = 0; i < kKnots; ++i) {
@@ -66,7 +66,7 @@ Simulation Along(const Eigen::Vector3d& direction, const SimulationOptions& opti
                     std::move(moving));
 }
 
-// The column of the step from dark to bright, to a fraction of a pixel.
+// Returns the column of the step from dark to bright with subpixel accuracy.
 double EdgeInRow(const cv::Mat& bgr, int v) {
   const auto level = [&](int u) { return static_cast<double>(bgr.at<cv::Vec3b>(v, u)[1]); };
   double bright = 0.0;
@@ -84,7 +84,7 @@ TEST(Readout, AVerticalEdgeLeansByTheWayOfTheCameraMeanwhile) {
   SimulationOptions options = Options();
   options.readout = 0.03;
   const SimulatedFrame frame = Along(Eigen::Vector3d::UnitX(), options).Render(kFrame);
-  // The camera goes right: what is read later is farther left.
+  // The camera moves right: rows that are read later appear farther left.
   const double lean = -kSpeed * options.readout * kFocal / kWall;  // [px] over the whole image
   for (int v = 0; v < kHeight; v += 7) {
     const double share = static_cast<double>(v) / kHeight - 0.5;
@@ -163,7 +163,7 @@ TEST(DepthDelay, DepthIsThatOfTheCameraWhenItsRowIsTaken) {
   options.depth_readout = 0.03;
   const Simulation simulation = Along(Eigen::Vector3d::UnitZ(), options);
   const SimulatedFrame frame = simulation.Render(kFrame);
-  EXPECT_LT(simulation.T_WC(frame.stamp).p().norm(), 1e-9);  // of the stamp, not of the depth
+  EXPECT_LT(simulation.T_WC(frame.stamp).p().norm(), 1e-9);  // pose at the stamp, not of depth
   for (const int v : {0, kHeight / 2, kHeight - 1}) {
     const double late = 0.02 + (static_cast<double>(v) / kHeight - 0.5) * 0.03;  // [s]
     EXPECT_NEAR(frame.depth.at<float>(v, 20), kWall - kSpeed * late, 1e-6) << v;
@@ -212,7 +212,7 @@ TEST(DepthBias, IsAConstantOfInverseDepth) {
   }
   const SensorOptions two_percent{.noise = SensorNoise::kOff, .depth_bias = 0.02};
   EXPECT_NEAR(cv::mean(measure(3.0, two_percent).depth)[0], 3.06, 1e-6);
-  // Noise comes on top: of 3.5 mm here, in hundreds of independent grains.
+  // Noise is added: 3.5 mm here, in hundreds of independent grains.
   const SensorOptions stereo{.noise = SensorNoise::kD435i, .noise_ratio = 0.1, .depth_bias = 0.02};
   const SensorImages images = measure(3.0, stereo);
   EXPECT_NEAR(cv::mean(images.depth, images.depth > 0.0f)[0], 3.06, 1e-3);
@@ -225,7 +225,7 @@ TEST(DepthPattern, IsAParaboloidOfInverseDepthAndItsNodesAreNearIt) {
   const SensorOptions options{.noise = SensorNoise::kOff, .depth_pattern = 0.03};
   const double corner = options.InverseDepthPattern(1.0, -1.0);
   const double middle = options.InverseDepthPattern(0.0, 0.0);
-  EXPECT_NEAR(1.0 / (1.0 / 3.0 + corner - middle), 3.09, 1e-12);  // 3 % too long, beside the middle
+  EXPECT_NEAR(1.0 / (1.0 / 3.0 + corner - middle), 3.09, 1e-12);  // 3 % longer than in the middle
   const Rendering wall{cv::Mat(kHeight, kWidth, CV_32FC3, cv::Scalar::all(90)),
                        cv::Mat(kHeight, kWidth, CV_32FC1, cv::Scalar(3.0)),
                        cv::Mat(kHeight, kWidth, CV_32FC1, 1.0f)};
@@ -243,7 +243,7 @@ TEST(DepthPattern, IsAParaboloidOfInverseDepthAndItsNodesAreNearIt) {
     }
   }
   constexpr double kPixels = kWidth * kHeight;
-  EXPECT_NEAR(sum / kPixels, 0.0, 0.01 * std::abs(corner));  // pixels at the edge count in full
+  EXPECT_NEAR(sum / kPixels, 0.0, 0.01 * std::abs(corner));  // pixels at the edge have full weight
   EXPECT_LT(std::sqrt(squares / kPixels), 0.05 * std::abs(corner - middle));
   EXPECT_LT(most, 0.1 * std::abs(corner - middle));
 }

@@ -1,4 +1,4 @@
-// `highwall eval` with files of other tools: what it reads, and what it writes for them.
+// `highwall eval` with files of other tools: the formats that it reads and writes.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -26,7 +26,7 @@ using nlohmann::json;
 using testing::Contains;
 using testing::Outcome;
 
-constexpr std::int64_t kFirst = 1403715273262142976;  // [ns], not one that a double can hold
+constexpr std::int64_t kFirst = 1403715273262142976;  // [ns], not representable as a double
 
 struct Sample {
   std::int64_t stamp;
@@ -85,7 +85,7 @@ std::string Kitti(const std::vector<Sample>& path) {
   return text;
 }
 
-// rostopic echo -p of nav_msgs/Odometry: received half a second late, stamped when seen.
+// rostopic echo -p of nav_msgs/Odometry: received half a second late, stamped at the measurement.
 std::string Ros1(const std::vector<Sample>& path) {
   std::string text =
       "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.child_frame_id,"
@@ -100,7 +100,7 @@ std::string Ros1(const std::vector<Sample>& path) {
   return text;
 }
 
-// ros2 topic echo --csv, of PoseStamped, or of Odometry, which names two frames.
+// ros2 topic echo --csv of PoseStamped or of Odometry, which names two frames.
 std::string Ros2(const std::vector<Sample>& path, const char* frames) {
   std::string text;
   for (const auto& [stamp, p, q] : path) {
@@ -148,7 +148,7 @@ TEST_F(EvalFormats, EveryFormatGivesTheSamePosesToTheNanosecond) {
     ASSERT_EQ(file.poses.size(), path.size());
     for (std::size_t i = 0; i < path.size(); ++i) {
       EXPECT_EQ(file.poses[i].stamp, path[i].stamp);
-      // Twelve decimals in the files.
+      // The files have twelve decimals.
       EXPECT_LT((file.poses[i].pose.p() - path[i].p).norm(), 2e-12);
       EXPECT_LT(file.poses[i].pose.q().angularDistance(path[i].q), 1e-11);
     }
@@ -257,14 +257,14 @@ TEST_F(EvalFormats, APlotMayBeAPng) {
       }
     }
     const bool overlay = estimates != "bad.txt";
-    // The colour of the first curve, and at each end of the colour bar that of viridis.
+    // The colour of the first curve, and the viridis colours at both ends of the colour bar.
     EXPECT_GT((colours[overlay ? std::array{0, 114, 178} : std::array{74, 111, 165}]), 1000);
     EXPECT_EQ((colours[{68, 1, 84}]) > 100, !overlay);
     EXPECT_EQ((colours[{253, 231, 37}]) > 100, !overlay);
   }
 }
 
-// The files of a zip archive, as its directory at the end lists them.
+// Returns the files of a zip archive, as listed in its central directory.
 std::map<std::string, std::string> Unzipped(const std::string& bytes) {
   const auto number = [&](std::size_t at, int size) {
     std::uint32_t value = 0;

@@ -1,4 +1,4 @@
-// Runs the highwall executable as a user does.
+// Runs the highwall executable in the same way as a user.
 #include <cmath>
 #include <cstdio>
 #include <set>
@@ -15,8 +15,8 @@ namespace {
 
 using testing::Outcome;
 
-// A line of a TUM file on a bent path; the estimate is off by `error` metres along z, in turns up
-// and down.
+// Returns a line of a TUM file on a curved path; the estimate has an error of `error` metres along
+// z, alternately up and down.
 std::string TumLine(int i, double error) {
   const double t = 0.1 * i;
   char line[200];
@@ -40,12 +40,12 @@ class EvalCommand : public ::testing::Test {
     testing::WriteText(folder_ / name, text);
   }
 
-  // In the folder, so that names need no path.
+  // Runs in the folder, so that names need no path.
   Outcome Run(const std::string& arguments) const {
     return testing::RunProgram(testing::kHighwallProgram, arguments, folder_.path());
   }
 
-  // Exit code, one line on standard error that contains `text`, nothing on standard output.
+  // Expects the exit code, one line on standard error that contains `text`, and no standard output.
   void ExpectFailure(const std::string& arguments, int exit_code, const std::string& text) const {
     SCOPED_TRACE(arguments);
     const Outcome outcome = Run(arguments);
@@ -62,7 +62,7 @@ TEST_F(EvalCommand, JsonIsOneObjectWithTheContractsKeysAndNothingElse) {
   const Outcome outcome = Run("eval ape reference.txt estimate.txt --align none --json");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err, "");
-  const nlohmann::json json = nlohmann::json::parse(outcome.out);  // fails on anything after it
+  const nlohmann::json json = nlohmann::json::parse(outcome.out);  // fails if anything follows it
   std::set<std::string> keys, statistics;
   for (const auto& item : json.items()) keys.insert(item.key());
   for (const auto& item : json["stats"].items()) statistics.insert(item.key());
@@ -70,7 +70,7 @@ TEST_F(EvalCommand, JsonIsOneObjectWithTheContractsKeysAndNothingElse) {
   EXPECT_EQ(statistics,
             (std::set<std::string>{"max", "mean", "median", "min", "rmse", "sse", "std"}));
   EXPECT_EQ(json["associated"], 100);
-  EXPECT_NEAR(json["stats"]["rmse"], 0.25, 1e-8);  // nine decimals in the files
+  EXPECT_NEAR(json["stats"]["rmse"], 0.25, 1e-8);  // the files have nine decimals
   EXPECT_NEAR(json["time_covered"], 1.0, 1e-9);
   EXPECT_EQ(json["scale"], 1.0);
 }
@@ -108,7 +108,7 @@ TEST_F(EvalCommand, TextShowsTheFigures) {
   }
 }
 
-// 10 s at 30 Hz of a body that turns, seen 20 ms late and 1 % too large.
+// 10 s at 30 Hz of a body that rotates, observed 20 ms late and 1 % too large.
 TEST_F(EvalCommand, ExplainsTheError) {
   std::string reference, estimate;
   const auto line = [](double stamp, double t, double scale) {
@@ -136,7 +136,7 @@ TEST_F(EvalCommand, ExplainsTheError) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const nlohmann::json explanation = nlohmann::json::parse(outcome.out)["explanation"];
   const nlohmann::json both = explanation["time_shift_and_scale"];
-  // Positions of nine decimals between which the reference is interpolated in straight lines.
+  // Positions have nine decimals, and the reference is interpolated linearly.
   EXPECT_NEAR(both["time_shift_s"].get<double>(), -0.02, 1e-4);
   EXPECT_NEAR(both["scale"].get<double>(), 1.0 / 1.01, 1e-4);
   EXPECT_LT(both["rmse_m"].get<double>(), 0.01 * explanation["rmse_m"].get<double>());
@@ -148,8 +148,8 @@ TEST_F(EvalCommand, ExplainsTheError) {
                 "few to explain the error: it takes 80 (leave --explain out)");
 }
 
-// A walk along the x axis, and an estimate 0.1 m to the left and to the right of it in turn, turned
-// by half a radian about y.
+// A walk along the x axis, and an estimate that is alternately 0.1 m to the left and to the right
+// of it, rotated by half a radian about y.
 TEST_F(EvalCommand, AStraightTrackHasAFigureAndSaysWhatIsOpen) {
   std::string track, estimate;
   for (int i = 0; i < 100; ++i) {
@@ -172,7 +172,7 @@ TEST_F(EvalCommand, AStraightTrackHasAFigureAndSaysWhatIsOpen) {
                                                         "line: the rotation about it"));
       const nlohmann::json json = nlohmann::json::parse(outcome.out);
       const bool off = file == "estimate.txt" && relation == "trans_part";
-      // The sides do not tilt the track beyond the second order: side * x is nearly balanced.
+      // The sides tilt the track only in second order: side * x is nearly balanced.
       EXPECT_NEAR(json["stats"]["rmse"], off ? 0.1 : 0.0, 1e-3) << file << relation;
       EXPECT_TRUE(json.contains("undetermined"));
     }
@@ -181,7 +181,7 @@ TEST_F(EvalCommand, AStraightTrackHasAFigureAndSaysWhatIsOpen) {
   EXPECT_EQ(Run("eval ape track.txt estimate.txt --align sim3").exit_code, 0);
 }
 
-// A character is 0.6 times as wide as its font is high, in the fonts that browsers take.
+// A character is 0.6 times as wide as its font is high, in the default fonts of browsers.
 void ExpectTextsInside(const std::string& svg) {
   double width = 0.0;
   std::sscanf(svg.c_str() + svg.find(" width=\"") + 8, "%lf", &width);

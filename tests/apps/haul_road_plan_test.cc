@@ -1,4 +1,4 @@
-// From depth images of the generated mine to a way along its haul road.
+// Plans a path along the haul road of the generated mine from its depth images.
 #include <algorithm>
 #include <limits>
 #include <vector>
@@ -31,7 +31,7 @@ TEST(HaulRoad, APlannerReachesItsGoalAlongIt) {
   }
   const OccupancyGrid grid = TraversabilityGrid(map);
   EXPECT_GT(std::ranges::count(grid.cells, GridCell::kOccupied), 200) << "the highwall";
-  // The first metres were never in view.
+  // The first metres were never observed.
   const Eigen::Vector2d start = driven[8], goal = driven.back();
   ASSERT_GT((goal - start).norm(), 6.0);
   const std::vector<Cell> path = Plan(grid, CellAt(grid, start), CellAt(grid, goal));

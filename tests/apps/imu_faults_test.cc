@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kRate = 200.0;
 
-// Readings of a sensor that is turned and shaken about every axis.
+// Returns the readings of a sensor that is rotated and shaken about every axis.
 std::vector<ImuSample> Readings(int count) {
   std::vector<ImuSample> readings;
   for (int i = 0; i < count; ++i) {
@@ -33,7 +33,7 @@ std::vector<ImuSample> Readings(int count) {
   return readings;
 }
 
-// M of y = M x, by least squares over all readings; x: [gyroscope accelerometer].
+// Estimates M of y = M x by least squares over all readings; x: [gyroscope accelerometer].
 Eigen::Matrix<double, 6, 6> Mixing(const std::vector<ImuSample>& in, const FaultyImu& imu) {
   Eigen::MatrixXd X(static_cast<Eigen::Index>(in.size()), 6), Y(X.rows(), 6);
   for (Eigen::Index i = 0; i < X.rows(); ++i) {
@@ -81,7 +81,7 @@ TEST(FaultyImu, ScalesAxesAndGravityAreOffByTheirSigmas) {
       }
     }
   }
-  // Means of chi-squared of n degrees of freedom: four of their sigmas, sqrt(2 / n).
+  // Means of chi-squared of n degrees of freedom: the tolerance is four sigmas, sqrt(2 / n).
   EXPECT_NEAR(gyroscope, 1.0, 4.0 * std::sqrt(2.0 / (3 * kSeeds)));
   EXPECT_NEAR(accelerometer, 1.0, 4.0 * std::sqrt(2.0 / (3 * kSeeds)));
   EXPECT_NEAR(axes, 1.0, 4.0 * std::sqrt(2.0 / (12 * kSeeds)));
@@ -124,7 +124,7 @@ TEST(FaultyImu, LosesReadingsAndStampsThemLateOrEarlyButInOrder) {
   const FaultyImu imu(faults, CounterRandom(7), kRate);
   constexpr int kCount = 20000;
   const std::vector<ImuSample> delivered = imu.Delivered(Readings(kCount));
-  // Binomial: four sigmas.
+  // Binomial distribution: the tolerance is four sigmas.
   EXPECT_NEAR(static_cast<double>(delivered.size()), 0.9 * kCount, 4.0 * std::sqrt(0.09 * kCount));
   double squares = 0.0;
   for (std::size_t i = 0; i < delivered.size(); ++i) {
@@ -136,7 +136,7 @@ TEST(FaultyImu, LosesReadingsAndStampsThemLateOrEarlyButInOrder) {
       EXPECT_GT(delivered[i].stamp, delivered[i - 1].stamp);
     }
   }
-  // Two sigmas are cut off: 1 - (4 phi(2) - 2 * 4 * Phi(-2)) = 0.923 of the variance is left.
+  // Truncated at two sigmas: 1 - (4 phi(2) - 2 * 4 * Phi(-2)) = 0.923 of the variance remains.
   const double sigma = std::sqrt(squares / static_cast<double>(delivered.size()));
   EXPECT_NEAR(sigma, 5e-4 * std::sqrt(0.923), 1e-5);
 }
@@ -155,7 +155,7 @@ TEST(FaultyImu, TakesOneBlowInEachSpanOfTime) {
   }
   EXPECT_GE(blows, 9) << "in 40 s; the last span's may come too late, two may touch";
   EXPECT_LE(blows, 10);
-  // A reading lies within 2.5 ms of the middle of each.
+  // A reading lies within 2.5 ms of the middle of each shock.
   EXPECT_LE(hardest, 40.0);
   EXPECT_GT(hardest, 39.5);
 }
@@ -183,8 +183,8 @@ TEST(ImuFaults, AreReadFromTheirNames) {
   EXPECT_NE(message("misalignment=nan").find("misalignment"), std::string::npos);
 }
 
-// At rest, with next to no noise: what the readings are off by is what the simulator calls the
-// bias.
+// The IMU is at rest with negligible noise: the error of the readings equals the bias that the
+// simulator states.
 TEST(ImuSimulator, TheTrueBiasWarmsUpWithTheSensor) {
   constexpr Stamp kBegin = 1'000'000'000;
   const CameraPath path(SplineTrajectory(std::vector<Pose>(4), 10.0), 0.0);
@@ -203,7 +203,7 @@ TEST(ImuSimulator, TheTrueBiasWarmsUpWithTheSensor) {
   for (std::size_t i = 100; i + 100 < readings.size(); ++i) {
     const Eigen::Vector3d drift = readings[i].accelerometer - reference[i].accelerometer;
     const ImuBias bias = imu.StateAt(path, {}, readings[i].stamp).bias;
-    // Walks of a millionth.
+    // The random walks are scaled by a millionth.
     EXPECT_LT((drift - bias.tail<3>()).norm(), 1e-6) << i;
     most = std::max(most, drift.norm());
   }

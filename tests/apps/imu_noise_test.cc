@@ -1,4 +1,4 @@
-// Runs `highwall imu-noise` on readings at rest, and on what is none.
+// Runs `highwall imu-noise` on readings at rest, and on invalid input.
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -26,7 +26,7 @@ const ImuNoise kNoise{
 class ImuNoiseCommand : public ::testing::Test {
  protected:
   fs::path file() const { return folder_ / "imu.csv"; }
-  // So long [s] at rest, shaken from `moves` on.
+  // Writes `duration` [s] of readings at rest, shaken from `moves` [s] on.
   void WriteReadings(double duration, double moves) const {
     std::ofstream stream(file());
     stream.precision(12);

@@ -22,7 +22,7 @@ constexpr Stamp kBegin = 1'000'000'000;
 const Eigen::Vector3d kGravity_W(0.0, 0.0, -kStandardGravity);
 
 CameraPath Walk(double rest = 0.0) {
-  // The knots of 19.7 s are 0.788 s apart: they fall between the readings.
+  // The knots of 19.7 s are 0.788 s apart, so they lie between the readings.
   return CameraPath(MakeRoomTrajectory(19.7, 1), rest);
 }
 
@@ -56,7 +56,7 @@ double Rms(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-// The largest of the errors of position, velocity and rotation after windows of `length` [s] on
+// Returns the largest errors of position, velocity and rotation after windows of `length` [s] on
 // [0, duration], predicted from the true state at their start.
 double PredictionError(const ImuSimulator& imu, const CameraPath& path, double time_offset,
                        double duration, double length) {
@@ -77,8 +77,8 @@ double PredictionError(const ImuSimulator& imu, const CameraPath& path, double t
   return worst;
 }
 
-// How far central differences of width h are from the motion's own derivatives: velocity, angular
-// velocity, acceleration, angular acceleration.
+// Returns the differences between central differences of width h and the motion's own derivatives:
+// velocity, angular velocity, acceleration, angular acceleration.
 Eigen::Vector4d DifferenceErrors(const std::function<CameraMotion(double)>& motion_at, double t,
                                  double h) {
   const CameraMotion at = motion_at(t), before = motion_at(t - h), after = motion_at(t + h);
@@ -95,7 +95,7 @@ TEST(SplineTrajectory, ItsMotionIsTheDerivativeOfItsPose) {
   const SplineTrajectory spline = MakeRoomTrajectory(20.0, 3);
   const double knot = 20.0 / 25.0;  // [s], of 25 knots
   for (int i = 0; i < 25; ++i) {
-    const double t = (i + 0.4) * knot;  // clear of the knots, where the third derivative jumps
+    const double t = (i + 0.4) * knot;  // not at the knots, where the third derivative jumps
     const auto motion = [&spline](double s) { return spline.MotionAt(s); };
     // Second order: h^2 / 6 times the third derivative, which is below 10 here.
     EXPECT_LT(DifferenceErrors(motion, t, 1e-4).maxCoeff(), 2e-8);
@@ -144,8 +144,8 @@ TEST(CameraPath, GathersSpeedSmoothly) {
 }
 
 TEST(ImuSimulator, IdealReadingsPredictTheTrueStates) {
-  // Within a second the acceleration's slope jumps at one or two knots by some m/s^3. The step
-  // that holds a knot errs by h^2 / 12 of that; all others are of the fourth order.
+  // Within a second the slope of the acceleration jumps at one or two knots by some m/s^3. The step
+  // that contains a knot has an error of h^2 / 12 of that; all others are of fourth order.
   const double coarse = PredictionError(Simulator(Ideal(200.0), 20.0), Walk(), 0.0, 20.0, 1.0);
   const double fine = PredictionError(Simulator(Ideal(1000.0), 20.0), Walk(), 0.0, 20.0, 1.0);
   EXPECT_LT(coarse, 5e-6);
@@ -159,7 +159,7 @@ TEST(ImuSimulator, FeelsGravityAloneAtRest) {
   EXPECT_EQ(truth.state.v_WB.norm(), 0.0);
   for (const ImuSample& sample : imu.Samples(path, {})) {
     EXPECT_EQ(sample.gyroscope.norm(), 0.0);
-    // Rounding of 9.81.
+    // The tolerance covers the rounding of 9.81.
     EXPECT_LT((truth.state.T_WB.q() * sample.accelerometer + kGravity_W).norm(), 1e-14);
   }
 }
@@ -182,11 +182,11 @@ TEST(ImuSimulator, TheOffsetMovesTheStampsOfTheReadings) {
   options.time_offset = 0.03;
   const ImuSimulator imu = Simulator(options, 5.0);
   EXPECT_LT(PredictionError(imu, Walk(), 0.03, 5.0, 1.0), 1e-5);
-  // Not knowing it costs millimetres.
+  // Ignoring it causes errors of millimetres.
   EXPECT_GT(PredictionError(imu, Walk(), 0.0, 5.0, 1.0), 1e-3);
 }
 
-// The Allan deviation of one axis at tau = cluster / rate, over all axes of one sensor.
+// Returns the Allan deviation at tau = cluster / rate, over all axes of one sensor.
 double AllanDeviation(const std::vector<ImuSample>& samples, Eigen::Vector3d ImuSample::*sensor,
                       std::size_t cluster) {
   std::vector<double> differences;
@@ -215,7 +215,7 @@ TEST_P(ImuSimulatorNoise, HasTheAllanDeviationOfTheDataSheetTimesTheRatio) {
     const auto expected = [tau](double white, double walk) {
       return std::hypot(white / std::sqrt(tau), walk * std::sqrt(tau / 3.0));
     };
-    // 3 x 4000 and 3 x 400 differences, of which every second one is new: 1 % and 3 %.
+    // 3 x 4000 and 3 x 400 differences, half of them independent: 1 % and 3 %.
     const double tolerance = cluster == 20 ? 0.04 : 0.12;
     const ImuNoise noise = options.TrueNoise();
     const double gyroscope = expected(noise.gyroscope, noise.gyroscope_walk);
@@ -269,7 +269,7 @@ TEST(ImuSimulator, ShakesWhereTheGroundIsRoughAndTheCameraMoves) {
   for (std::size_t i = 0; i < calm.size(); ++i) {
     const Eigen::Vector3d shake = rough[i].accelerometer - calm[i].accelerometer;
     EXPECT_EQ(rough[i].gyroscope, calm[i].gyroscope);
-    if (calm[i].stamp <= kBegin + FromSeconds(12.5)) {  // 10 s of the spline, or standing still
+    if (calm[i].stamp <= kBegin + FromSeconds(12.5)) {  // 10 s of the spline, or stationary
       EXPECT_EQ(shake.norm(), 0.0);
       continue;
     }
@@ -277,7 +277,7 @@ TEST(ImuSimulator, ShakesWhereTheGroundIsRoughAndTheCameraMoves) {
     x.push_back(shake.x());
     z.push_back(shake.z());
   }
-  // 24 waves of equal amplitude: their sum's RMS over 11 s is known to a few per cent.
+  // 24 waves of equal amplitude: the RMS of their sum over 11 s is known to a few per cent.
   EXPECT_NEAR(Rms(x), options.vibration.x(), 0.05 * options.vibration.x());
   EXPECT_NEAR(Rms(z), options.vibration.z(), 0.05 * options.vibration.z());
   const double frequency =
@@ -288,10 +288,10 @@ TEST(ImuSimulator, ShakesWhereTheGroundIsRoughAndTheCameraMoves) {
 
 TEST(ImuSimulator, ReadingsOfAShakenBodyAddUpToItsVelocity) {
   ImuSimulationOptions options;
-  options.rate = 5000.0;  // of which nothing of 70 Hz is lost
+  options.rate = 5000.0;  // high enough to keep vibration of 70 Hz
   options.noise_ratio = 1e-9;
   options.gyroscope_bias = options.accelerometer_bias = 0.0;
-  const CameraPath path = Walk(1.0);  // shaken the more the faster it sets off
+  const CameraPath path = Walk(1.0);  // a faster start causes more vibration
   const VibrationIntensity everywhere = [](double) { return 0.6; };
   const ImuSimulator imu = Simulator(options, 4.0);
   const ImuBuffer buffer = Buffer(imu.Samples(path, everywhere));
@@ -303,8 +303,8 @@ TEST(ImuSimulator, ReadingsOfAShakenBodyAddUpToItsVelocity) {
     ASSERT_TRUE(interval.has_value());
     const ImuState predicted =
         ImuPreintegration(interval->samples, from.bias).Predict(from.state, from.bias, kGravity_W);
-    // A body that turns at 1 rad/s and sets off within a second while it is shaken at 20 mm/s and
-    // 20 Hz or more: some 20 mm/s^2 over a 125th of a second are left out.
+    // The body rotates at 1 rad/s and starts within a second while it is shaken at 20 mm/s and at
+    // least 20 Hz: some 20 mm/s^2 over a 125th of a second are neglected.
     EXPECT_LT((predicted.v_WB - to.state.v_WB).norm(), 1.6e-4);
     shaken = std::max(shaken, (to.state.v_WB - imu.StateAt(path, {}, to.stamp).state.v_WB).norm());
   }

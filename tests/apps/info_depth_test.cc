@@ -22,13 +22,14 @@ using testing::WriteText;
 constexpr const char* kCamera =
     "camera: {width: 160, height: 120, fx: 130, fy: 130, cx: 79.5, cy: 59.5}\n";
 
-// What highwall info says of a folder with images that tell their sensor.
+// Tests the report of highwall info on a folder whose images identify their sensor.
 class InfoDepthTest : public ::testing::Test {
  protected:
   const std::filesystem::path& dataset() const { return folder_.path(); }
 
-  // Eight frames of four walls at 0.8 to 2.5 m, whose depth a sensor finds from disparities of
-  // scale / z [px] in steps of `step` px, in millimetres times `times`. repeated: of the colour.
+  // Writes eight frames of four walls at 0.8 to 2.5 m. The sensor measures depth from disparities
+  // of scale / z [px] in steps of `step` px, and stores it in millimetres times `times`. repeated:
+  // number of repeated colour images.
   void Write(double scale, double step, int times, int repeated = 0) const {
     constexpr int kFrames = 8;
     std::filesystem::create_directories(dataset() / "rgb");
@@ -72,7 +73,7 @@ class InfoDepthTest : public ::testing::Test {
   TemporaryDirectory folder_;
 };
 
-// The sensor and the factor that fit best.
+// Returns the sensor and the factor that fit best.
 std::string Sensor(const json& info) {
   const json& best = info["depth_image"]["guesses"][0];
   return best["sensor"].get<std::string>() + " " +

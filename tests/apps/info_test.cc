@@ -19,7 +19,7 @@ using testing::Truncate;
 using testing::WriteText;
 using testing::WriteTum;
 
-// Readings at 200 Hz over the images of WriteTum(): a slow turn, gravity in units of `unit`
+// Readings at 200 Hz over the images of WriteTum(): a slow rotation, gravity in units of `unit`
 // [m/s^2].
 std::string ImuText(double unit = 1.0) {
   std::string text = "#timestamp [ns],wx,wy,wz,ax,ay,az\n";
@@ -30,7 +30,7 @@ std::string ImuText(double unit = 1.0) {
   return text;
 }
 
-// Runs the built executable with a folder of its own for a dataset.
+// Runs the built executable with its own folder for a dataset.
 class InfoTest : public ::testing::Test {
  protected:
   const std::filesystem::path& dataset() const { return folder_.path(); }
@@ -43,7 +43,7 @@ class InfoTest : public ::testing::Test {
     return Highwall("info " + dataset().string() + " " + options);
   }
 
-  // Of a run that must succeed and print nothing else.
+  // Returns the output of a run that must succeed and print nothing else.
   json InfoJson() const {
     const Outcome run = Info("--json");
     EXPECT_EQ(run.exit_code, 0) << run.err;
@@ -51,7 +51,7 @@ class InfoTest : public ::testing::Test {
     return json::parse(run.out);
   }
 
-  // One line on standard error that holds `part`, and exit code 2.
+  // Expects one line on standard error that contains `part`, and exit code 2.
   void ExpectRefused(const std::string& part) const {
     testing::ExpectRefused(Info("--json"), 2, {part});
   }
@@ -144,7 +144,7 @@ TEST_F(InfoTest, SeesThatImagesAreBlackOrPlain) {
   info = InfoJson();
   EXPECT_EQ(info["dark_colour"], 0);
   EXPECT_TRUE(info["problems"].empty()) << info["problems"];
-  // A wall, with the noise of a camera.
+  // A wall with camera noise.
   cv::Mat wall(48, 64, CV_8UC3);
   for (const int frame : {2, 3, 4}) {
     cv::RNG(7).fill(wall, cv::RNG::NORMAL, 120 + frame, 2);

@@ -23,7 +23,7 @@ TEST(JsonText, WhatIsUtf8StaysAsItIs) {
 TEST(JsonText, AByteThatIsNotUtf8IsACharacterOfItsOwn) {
   EXPECT_EQ(ToUtf8("B\xFCro"), "B\xEE\xBF\xBCro");            // U+EFFC
   EXPECT_EQ(ToUtf8("\x80"), "\xEE\xBE\x80");                  // U+EF80
-  EXPECT_EQ(ToUtf8("\xC3"), "\xEE\xBF\x83");                  // cut short
+  EXPECT_EQ(ToUtf8("\xC3"), "\xEE\xBF\x83");                  // truncated
   EXPECT_EQ(ToUtf8("\xC0\xAF"), "\xEE\xBF\x80\xEE\xBE\xAF");  // overlong
   EXPECT_EQ(ToUtf8("\xED\xA0\x80").size(), 9U);               // a surrogate
   EXPECT_EQ(ToUtf8("\xF4\x90\x80\x80").size(), 12U);          // beyond Unicode
@@ -32,7 +32,7 @@ TEST(JsonText, AByteThatIsNotUtf8IsACharacterOfItsOwn) {
 
 TEST(JsonText, EveryTextIsReadAsItWasWritten) {
   std::mt19937 rng(1);
-  // Bytes that begin and continue characters, and those of the escapes, are frequent.
+  // Bytes that begin and continue characters, and those of the escapes, are drawn frequently.
   const std::string frequent = "a/\xC3\xBC\xE2\x82\xAC\xEE\xBE\xBF\x80\xED\xA0\xF0\x9F\xF4\x90\xFF";
   for (int i = 0; i < 20000; ++i) {
     std::string text;

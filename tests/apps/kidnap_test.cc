@@ -87,7 +87,7 @@ TEST(Kidnap, LastsAsLongAsItSaysAndTakesEveryWayBack) {
   EXPECT_EQ(ways_back.size(), 3u);
 }
 
-// A texture by its colours at a few places.
+// Summarizes a texture by its colours at a few places.
 std::vector<float> FingerprintOf(const Texture& texture) {
   std::vector<float> colours;
   for (const float s : {0.03f, 0.11f, 0.19f, 0.27f}) {

@@ -14,7 +14,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Six frames without images, `gap` apart; the third cannot be used, and frame `fatal` throws
+// Six frames without images, `gap` apart; the third is unusable, and frame `fatal` throws
 // bad_alloc.
 class FakeDataset final : public Dataset {
  public:

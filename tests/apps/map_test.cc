@@ -1,4 +1,4 @@
-// highwall map and highwall map compare, run as a user runs them.
+// Runs highwall map and highwall map compare in the same way as a user.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -22,7 +22,7 @@ namespace {
 using nlohmann::json;
 using testing::Outcome;
 
-// A recorded room, and the map of its exact poses.
+// A recorded room and the map built with its exact poses.
 class MapCommand : public ::testing::Test {
  protected:
   void SetUp() override { testing::WriteSmallRoom(Dataset(), 20); }
@@ -36,7 +36,7 @@ class MapCommand : public ::testing::Test {
   static Outcome Map(const std::string& arguments) {
     return testing::RunProgram(testing::kHighwallProgram, "map " + arguments);
   }
-  // Exit code, one line that says why, nothing else.
+  // Expects the exit code, one line with the reason, and no other output.
   static void ExpectRefused(const std::string& arguments, int code, const std::string& why) {
     SCOPED_TRACE(arguments);
     testing::ExpectRefused(Map(arguments), code, {why});
@@ -71,8 +71,8 @@ TEST_F(MapCommand, WritesEveryFormAndItsReport) {
   }
 }
 
-// Read alike with every kind of colour vision: violet below, yellow above, nothing of red but the
-// way.
+// The colours are readable with every kind of colour vision: violet below, yellow above, and red
+// for the path only.
 TEST_F(MapCommand, TheOctreeIsDrawnInViridis) {
   ASSERT_EQ(Build().exit_code, 0);
   const cv::Mat picture = cv::imread(Out() + "/octree_top.png");
@@ -100,7 +100,7 @@ TEST_F(MapCommand, TheCloudLiesOnTheTrueSurfaceAndCoversWhatWasSeen) {
   EXPECT_LT(result["accuracy"]["median"], 0.015);
   EXPECT_GT(result["thresholds"][1]["recall"], 0.95);  // within 5 cm
   EXPECT_GT(result["thresholds"][1]["f_score"], 0.95);
-  // Not all of the room was seen.
+  // Not all of the room was observed.
   const Outcome whole =
       Map("compare " + Out() + "/cloud.ply " + Dataset() + "/surface.ply --spacing 0.03 --json");
   EXPECT_LT(json::parse(whole.out)["thresholds"][1]["recall"], 0.9);
@@ -136,7 +136,7 @@ TEST_F(MapCommand, AlignsTrajectoriesBeforeComparing) {
   const Outcome outcome = Map("compare " + Out() + "/cloud.ply " + Out() + "/cloud.ply --json " +
                               "--align " + truth + " " + truth);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  // Onto itself: what rounding leaves.
+  // Aligned to itself: only rounding errors remain.
   EXPECT_LT(json::parse(outcome.out)["accuracy"]["mean"], 1e-4);
 }
 
@@ -155,8 +155,7 @@ TEST_F(MapCommand, MapsARunByItsKeyframes) {
   ExpectRefused(run + " --out " + Path("x"), 2, "does not name a dataset");
 }
 
-// Its world stands as its first camera did, whichever of its files the poses are from.
-// A run whose calibration has a depth offset: its map is of depth corrected by it.
+// The calibration of this run has a depth offset: its map is built from corrected depth.
 TEST_F(MapCommand, MapsARunWithTheCalibrationThatItWasMadeWith) {
   const std::string corrected = Path("corrected.yaml"), run = Path("run");
   std::ofstream(corrected) << testing::ReadText(Dataset() + "/calibration.yaml")
@@ -174,10 +173,11 @@ TEST_F(MapCommand, MapsARunWithTheCalibrationThatItWasMadeWith) {
   const int by_default = leaves("");
   EXPECT_EQ(by_default, leaves(" --config " + corrected));
   EXPECT_LT(by_default, 0.95 * leaves(" --config " + Dataset() + "/calibration.yaml"));
-  std::filesystem::remove(corrected);  // then the dataset's counts
+  std::filesystem::remove(corrected);  // then the calibration of the dataset applies
   EXPECT_GT(leaves(""), by_default);
 }
 
+// The world of a run is given by its first camera, whichever of its files the poses are from.
 TEST_F(MapCommand, UpIsFoundForATrajectoryOfARunAsForItsKeyframes) {
   const std::string run = Path("run");
   std::filesystem::create_directories(run);
@@ -236,7 +236,7 @@ TEST_F(MapCommand, RefusesDataThatMakeNoMap) {
   std::ofstream(Path("late.txt")) << "1e6 0 0 0 0 0 0 1\n";
   ExpectRefused(Dataset() + " --trajectory " + Path("late.txt") + " --out " + Path("x"), 2,
                 "no pose");
-  // Depth wrong by 1000: all beyond the range, none within.
+  // The depth factor is wrong by 1000: all depths are beyond the range.
   const std::string calibration = testing::ReadText(Dataset() + "/calibration.yaml");
   std::string wrong = calibration;
   wrong.replace(wrong.find("depth_factor: 5000"), 18, "depth_factor: 5");

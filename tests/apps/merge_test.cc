@@ -1,4 +1,4 @@
-// Runs `highwall merge` on what `highwall slam` has left of sessions in generated rooms.
+// Runs `highwall merge` on the results of `highwall slam` for sessions in generated rooms.
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -32,10 +32,10 @@ using testing::ReadText;
 using testing::WriteText;
 
 constexpr double kFps = 10.0;
-constexpr double kLater = 1000.0;  // [s] by which the second session follows the first
+constexpr double kLater = 1000.0;  // [s] offset of the second session to the first
 
-// Two sessions in a room that share half of what they see, the second of them at another time and
-// at the same, and one in another room.
+// Two sessions in a room that share half of their views, the second of them at another time and at
+// the same time, and one session in another room.
 class MergeTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -61,7 +61,7 @@ class MergeTest : public ::testing::Test {
                                     simulate::MakeRoomTrajectory(10.0, seed), options);
     simulate::WriteTum(room, *folder_ / name);
   }
-  // Frames of a sequence as a recording of their own, `later` [s].
+  // Copies frames of a sequence to a separate recording, `later` [s].
   static void Cut(const std::string& sequence, const std::string& session, int begin, int end,
                   double later) {
     const fs::path from = *folder_ / sequence, to = *folder_ / session;
@@ -94,7 +94,7 @@ class MergeTest : public ::testing::Test {
   static json Report(const std::string& folder) {
     return json::parse(ReadText(*folder_ / (folder + "/run.json")));
   }
-  // Of both sessions in one world.
+  // Returns the ground truth of both sessions in one world.
   static Trajectory Truth() {
     Trajectory truth = Read("room/groundtruth.txt");
     const std::size_t once = truth.size();
@@ -118,7 +118,7 @@ TEST_F(MergeTest, SessionsOfOneRoomBecomeOneMapWithEveryFrameInIt) {
   EXPECT_EQ(all.size(), 40U + 45U);
   EXPECT_EQ(Read("office/trajectory_run1.txt").size(), 40U);
   EXPECT_EQ(Read("office/trajectory_run2.txt").size(), 45U);
-  // Each alone has 3 to 4 mm; one alignment for both.
+  // Each session alone has 3 to 4 mm; both share one alignment.
   EXPECT_LT(AbsolutePoseError(Truth(), all).statistics.rmse, 0.01);
   const SavedMap map = LoadMap(*folder_ / "office/map.hwmap");
   EXPECT_EQ(map.map.roots().size(), 1U);
@@ -145,7 +145,7 @@ TEST_F(MergeTest, FramesKeepTheirPlaceBesideTheirKeyframes) {
     const Pose step = before[i - 1].pose.Inverse() * before[i].pose;
     const Pose now = after[i - 1].pose.Inverse() * after[i].pose;
     EXPECT_EQ(before[i].stamp, after[i].stamp);
-    // What the adjustment moves keyframes by, a step of some 6 cm apart.
+    // The adjustment moves keyframes, which are some 6 cm apart, by this much.
     EXPECT_LT((step.p() - now.p()).norm(), 0.015) << i;
   }
 }
@@ -171,7 +171,7 @@ TEST_F(MergeTest, SessionsOfTwoRoomsStayApartAndItIsSaid) {
   const Trajectory before = Read("run_monday/trajectory.txt"), after = Read("apart/trajectory.txt");
   ASSERT_EQ(before.size(), after.size());
   for (std::size_t i = 0; i < before.size(); ++i) {
-    // What meets nothing stays as it is, but for the digits of the files.
+    // A session without a match stays as it is, except for the digits of the files.
     EXPECT_LT((before[i].pose.p() - after[i].pose.p()).norm(), 1e-8) << i;
   }
   EXPECT_EQ(Read("apart/trajectory_2.txt").size(), 30U);
@@ -257,7 +257,7 @@ TEST_F(MergeTest, WhatCannotBeMergedIsRefusedInOneLine) {
   refused("run_monday damaged --out nothing", 2, {"trajectory.txt: cannot be opened"});
 }
 
-// Whichever is given first; what else was given does not matter.
+// The order of the runs and further runs do not matter.
 TEST_F(MergeTest, ARunIsNotMergedWithOneThatHoldsItsKeyFrames) {
   ASSERT_EQ(In("slam --deterministic --no-map --dataset tuesday --load-map run_monday/map.hwmap "
                "--out went_on")

@@ -16,13 +16,14 @@
 namespace highwall::simulate::open_pit_test {
 namespace {
 
-// Building a scene takes most of a second, and every test runs alone: few tests that look at much.
+// Building a scene takes most of a second, and every test runs alone: few tests check many things.
 class OpenPit : public ::testing::TestWithParam<std::string> {
  protected:
   static Simulation Simulate(const SimulationOptions& options) {
     return GetParam() == "mine" ? SimulateMine(options) : SimulateRoad(options);
   }
-  // By rotation, within half a second about t, exposed as the image at t is [px of 640 x 480].
+  // Returns the largest rotational blur within half a second about t, with the exposure of the
+  // image at t [px of 640 x 480].
   static double LongestBlur(const Simulation& simulation, double t) {
     const Stamp middle = simulation.StampOf(0) + FromSeconds(t);
     const double exposure =
@@ -35,7 +36,7 @@ class OpenPit : public ::testing::TestWithParam<std::string> {
     }
     return 615.0 * fastest * exposure;
   }
-  static double Lap() { return GetParam() == "mine" ? 84.0 : 76.0; }  // [s] about
+  static double Lap() { return GetParam() == "mine" ? 84.0 : 76.0; }  // [s] approximate
 };
 
 TEST_P(OpenPit, DriveIsSteadyAndKeepsClear) {
@@ -49,9 +50,9 @@ TEST_P(OpenPit, DriveIsSteadyAndKeepsClear) {
   const Raycaster raycaster(simulation.scene().mesh);
   for (double t = 2.0; t < options.duration; t += 0.1) {
     const Pose here = at(t);
-    // Over a second: bumps swing the camera to and fro.
+    // Averaged over a second, because bumps swing the camera back and forth.
     EXPECT_NEAR((at(t + 1.0).p() - here.p()).head<2>().norm(), 0.6, 0.2) << t;
-    // The ground lies about 0.8 m below, and nothing within 0.4 m.
+    // The ground is about 0.8 m below, and there is no obstacle within 0.4 m.
     EXPECT_FALSE(raycaster.IsFree(here.p(), -Eigen::Vector3d::UnitZ(), 1.0)) << t;
     EXPECT_TRUE(raycaster.IsFree(here.p(), -Eigen::Vector3d::UnitZ(), 0.65)) << t;
     for (int k = 0; k < 100; ++k) {
@@ -62,7 +63,7 @@ TEST_P(OpenPit, DriveIsSteadyAndKeepsClear) {
           << t;
     }
   }
-  // The bumps are felt, and they shake the IMU.
+  // The IMU measures the bumps.
   const auto roughness = [&](double begin, double end) {
     double sum = 0.0;
     int count = 0;

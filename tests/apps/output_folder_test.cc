@@ -1,4 +1,4 @@
-// What the commands that write a folder of results do where it holds other files.
+// Tests how commands that write a folder of results treat a folder that contains other files.
 #include <sys/stat.h>
 
 #include <chrono>
@@ -35,7 +35,7 @@ const Files kMaps = {{"map.json", R"({"frames": 2, "cloud_over_octree": 9.5})"},
 
 class OutputFolder : public ::testing::Test {
  protected:
-  // Something to map.
+  // Writes a recording that can be mapped.
   void SetUp() override { Fill("recording", {{"groundtruth.txt", "1 0 0 0 0 0 0 1\n"}}); }
 
   fs::path out() const { return folder_ / "out"; }
@@ -56,7 +56,7 @@ class OutputFolder : public ::testing::Test {
   testing::Outcome Highwall(const std::string& arguments) const {
     return testing::RunProgram(testing::kHighwallProgram, arguments, folder_.path());
   }
-  // Commands that write to "out". Each fails for want of data, as soon as it looks at them.
+  // Commands that write to "out". Each fails for lack of data when it first reads them.
   static std::vector<std::pair<std::string, std::string>> Commands() {
     return {{"slam --dataset nowhere --out out", "nowhere: does not exist"},
             {"merge nothing nowhere --out out", "nothing: is not there"},
@@ -157,7 +157,7 @@ TEST_F(OutputFolder, OfARunTakesNoMapsOfAnotherWorld) {
   Fill("other", kRun);
   WriteText(folder_ / "other" / "keyframes.txt", kLogTitle);
   ExpectRefused("map other --dataset recording --out out", "out: holds a run");
-  // The run itself, by its own poses or by others.
+  // The output folder is the run itself, with its own poses or with others.
   const std::string itself = "map out --dataset recording --out ../" +
                              folder_.path().filename().string() + "/out --trajectory ";
   for (const char* file : {"keyframes.txt", "trajectory.txt", "trajectory_adjusted.txt",
@@ -197,7 +197,7 @@ TEST_F(OutputFolder, IsNotALinkToNowhere) {
   }
 }
 
-// A command that waits for its data, until it is killed.
+// A command that waits for its data until it is killed.
 class WaitingCommand {
  public:
   WaitingCommand(const fs::path& folder, const fs::path& out)
@@ -210,7 +210,7 @@ class WaitingCommand {
   void Kill() { program_.Kill(); }
 
  private:
-  // Its list of images is a pipe that nobody writes to.
+  // Its list of images is a pipe that has no writer.
   static std::string Recording(const fs::path& folder) {
     const fs::path recording = folder / "waiting";
     fs::create_directories(recording);

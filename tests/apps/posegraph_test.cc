@@ -1,4 +1,4 @@
-// Runs highwall posegraph as a user does.
+// Runs highwall posegraph in the same way as a user.
 #include <filesystem>
 #include <string>
 
@@ -30,7 +30,7 @@ class PosegraphCommand : public ::testing::Test {
     testing::WriteText(folder_ / name, text);
   }
 
-  // In the folder, so that names need no path.
+  // Runs in the folder, so that names need no path.
   Outcome Run(const std::string& arguments) const {
     return testing::RunProgram(testing::kHighwallProgram, "posegraph " + arguments, folder_.path());
   }
@@ -38,10 +38,10 @@ class PosegraphCommand : public ::testing::Test {
   nlohmann::json RunJson(const std::string& arguments) const {
     const Outcome outcome = Run(arguments + " --json");
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-    return nlohmann::json::parse(outcome.out);  // fails on anything after it
+    return nlohmann::json::parse(outcome.out);  // fails if anything follows it
   }
 
-  // Exit code, one line on standard error that contains `text`, nothing else, no output file.
+  // Expects the exit code, one line on standard error that contains `text`, and no other output.
   void ExpectFailure(const std::string& arguments, int exit_code, const std::string& text) const {
     SCOPED_TRACE(arguments);
     const Outcome outcome = Run(arguments);

@@ -26,7 +26,7 @@ TEST(Progress, ShowsTheTimeWhereNothingIsCounted) {
   EXPECT_EQ(FormatProgress("writing", 0, 0, 21.7), "writing  22 s");
 }
 
-// Waits until a line with the text has come, however long that takes.
+// Waits without a time limit until a line with the text arrives.
 std::string LinesUntil(const std::string& text) {
   std::string lines;
   while (lines.find(text) == std::string::npos) {

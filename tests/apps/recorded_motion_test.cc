@@ -1,4 +1,4 @@
-// A motion out of captured poses and readings, and a room that is filmed along it.
+// Fits a motion to captured poses and readings, and simulates a room recorded along it.
 #include "simulate/motion/recorded_motion.h"
 
 #include <cmath>
@@ -29,7 +29,7 @@ Pose TiltedWorld() {
   return Pose::FromTangent({0.5, -0.3, 0.2}, {kTilt, 0.0, 0.0});
 }
 
-// A motion with noise on all that is known of it, and a bias.
+// Captures a motion with noise on all measurements, and a bias.
 Captured Capture(unsigned seed) {
   const SinusoidalMotion motion;
   std::mt19937 rng(seed);
@@ -59,7 +59,8 @@ TEST(RecordedMotion, IsNearerToTheTruthThanWhatWasCaptured) {
   const Captured captured = Capture(1);
   const RecordedMotion motion = Fit(captured);
   ASSERT_GT(motion.states.size(), 470U);
-  // Leveled: the captured world turned so that gravity is along -z; yaw and place are free.
+  // Gravity-aligned: the captured world is rotated so that gravity is along -z; yaw and position
+  // are free.
   const SinusoidalMotion truth;
   const Pose T_UT = motion.states[200].T_WB *
                     truth.StateAt(ToSeconds(motion.begin) + 200 * motion.interval).T_WB.Inverse();
@@ -71,7 +72,7 @@ TEST(RecordedMotion, IsNearerToTheTruthThanWhatWasCaptured) {
     worst_position = std::max(worst_position, error.p().norm());
     worst_angle = std::max(worst_angle, so3::Log(error.q()).norm());
   }
-  // One captured pose is 1.7 mm and 3.5 mrad off.
+  // One captured pose has an error of 1.7 mm and 3.5 mrad.
   EXPECT_LT(worst_position, 2e-3);
   EXPECT_LT(worst_angle, 1.5e-3);
 }
@@ -159,7 +160,7 @@ TEST(RecordedRoom, TheCameraLooksLevelAndReadingsBelongToTheFrames) {
   const Simulation room = SimulateRecordedRoom(motion, options);
   EXPECT_EQ(room.size(), 150);
   const std::vector<ImuSample> samples = room.ImuSamples();
-  // The readings are those of the motion that is filmed.
+  // The readings are those of the simulated motion.
   double squares = 0.0;
   int count = 0;
   for (std::size_t i = 1; i < samples.size(); ++i) {
@@ -176,7 +177,7 @@ TEST(RecordedRoom, TheCameraLooksLevelAndReadingsBelongToTheFrames) {
   ASSERT_GT(count, 900);
   // The mean of two readings.
   EXPECT_NEAR(std::sqrt(squares / count), 2e-4 * std::sqrt(kHertz / 2.0), 6e-4);
-  // Up in the image is up in the room while the body stands upright.
+  // Up in the image is up in the room while the body is upright.
   const Eigen::Vector3d up_B = motion.states[60].T_WB.q().conjugate() * Eigen::Vector3d::UnitZ();
   const Eigen::Vector3d up_C = LevelCamera(motion).conjugate() * up_B;
   EXPECT_LT(up_C.y(), -0.7);

@@ -1,4 +1,4 @@
-// What the report of a run is made of.
+// Tests the data in the report of a run.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -61,7 +61,7 @@ std::vector<std::uint16_t> Words(const json& base64) {
   return words;
 }
 
-// A square of 4 m, points 1 cm apart.
+// A square of 4 m with points 1 cm apart.
 std::vector<ColoredPoint> Plane() {
   std::vector<ColoredPoint> points;
   for (int i = 0; i < 400; ++i) {
@@ -81,7 +81,7 @@ TEST(ReportCloud, IsThinnedEvenlyToItsLimit) {
   for (const ColoredPoint& point : thinned) {
     ++quarters[(point.p.x() > 0.0f ? 1u : 0u) + (point.p.y() > 2.0f ? 2u : 0u)];
   }
-  // Voxels are squares here: their numbers differ by those along the edges, 45 of some 500.
+  // Voxels are squares here: their counts differ by those along the edges, 45 of some 500.
   for (const int points : quarters) EXPECT_NEAR(points, static_cast<int>(thinned.size() / 4), 60);
 }
 
@@ -139,7 +139,7 @@ TEST(ReportOctree, ThatIsTooFineIsDrawnCoarser) {
   EXPECT_DOUBLE_EQ(octree["resolution"], 0.1);
 }
 
-// A circle of 2 m with `noise` [m] beside it, 10 frames a second, 10 s.
+// A circle of 2 m with lateral `noise` [m], 10 frames a second, 10 s.
 Trajectory Circle(double noise) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal(0.0, noise > 0.0 ? noise : 1.0);
@@ -162,7 +162,7 @@ TEST(ReportMotion, TheTruthIsDrawnInTheWorldOfTheRun) {
   ASSERT_TRUE(errors);
   ASSERT_EQ(errors->truth_W.size(), trajectory.size());
   for (std::size_t i = 0; i < trajectory.size(); ++i) {
-    // Umeyama's singular values are exact to some 1e-12 here.
+    // Umeyama's singular values are accurate to some 1e-12 here.
     EXPECT_LT((errors->truth_W[i].pose.p() - trajectory[i].pose.p()).norm(), 1e-9);
   }
   EXPECT_EQ(errors->frames_per_second, 10);

@@ -1,5 +1,5 @@
-// Runs `highwall slam --report` and `highwall report` as a user does, and looks at their pages in
-// Debian's chromium.
+// Runs `highwall slam --report` and `highwall report` in the same way as a user, and opens their
+// pages in Debian's chromium.
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -27,7 +27,7 @@ using testing::TemporaryDirectory;
 
 class ReportCommand : public ::testing::Test {
  protected:
-  // Runs with points and lines, with its report, and with points alone.
+  // Runs with points and lines, with a report, and runs with points alone.
   static void SetUpTestSuite() {
     folder_ = std::make_unique<TemporaryDirectory>();
     testing::WriteSmallRoom(*folder_ / "dataset", 60);
@@ -45,7 +45,7 @@ class ReportCommand : public ::testing::Test {
     const std::size_t at = text.find(begin) + begin.size();
     return json::parse(text.substr(at, text.find("</script>", at) - at));
   }
-  // The page after its scripts, and what the browser logs.
+  // Returns the page after its scripts, and the log of the browser.
   static Outcome Browse(const std::string& page) {
     return RunProgram("timeout 120 chromium",
                       "--headless --no-sandbox --disable-dev-shm-usage --disable-gpu-sandbox "
@@ -57,7 +57,7 @@ class ReportCommand : public ::testing::Test {
                       folder_->path());
   }
   static bool HasBrowser() { return RunProgram("chromium", "--version").exit_code == 0; }
-  // The value of an attribute of the page's root element.
+  // Returns the value of an attribute of the page's root element.
   static std::string Attribute(const std::string& dom, const std::string& name) {
     const std::string begin = name + "=\"";
     const std::size_t at = dom.find(begin);
@@ -154,11 +154,11 @@ TEST_F(ReportCommand, ABrowserDrawsThePage) {
     EXPECT_EQ(Attribute(browser.out, "data-view"), "absent");
     return;
   }
-  // The map fills a part of a view of some 1150 x 590 pixels.
+  // The map covers a part of a view of some 1150 x 590 pixels.
   EXPECT_GT(std::atoi(Attribute(browser.out, "data-view").c_str()), 20'000);
 }
 
-// The room has no IMU: what a run with one would say is written beside its result.
+// The room has no IMU: the messages of a run with an IMU are added to its result.
 TEST_F(ReportCommand, TheImuIsShownWithWhatTheImagesContradict) {
   if (!HasBrowser()) GTEST_SKIP() << "needs Debian's chromium";
   fs::copy(*folder_ / "points", *folder_ / "inertial");
@@ -178,7 +178,7 @@ TEST_F(ReportCommand, TheImuIsShownWithWhatTheImagesContradict) {
   EXPECT_TRUE(Contains(browser.out, "contradicted its readings in 73 intervals"));
 }
 
-// A script at the end of the page does what a user does.
+// A script at the end of the page simulates the actions of a user.
 TEST_F(ReportCommand, KeysTurnTheViewAndReadTheCurves) {
   if (!HasBrowser()) GTEST_SKIP() << "needs Debian's chromium";
   std::string page = ReadText(*folder_ / "both/report.html");
@@ -225,7 +225,7 @@ TEST_F(ReportCommand, ABrowserDrawsTwoRunsSideBySide) {
   const Outcome browser = Browse("two.html");
   ExpectDrawn(browser);
   EXPECT_TRUE(Contains(browser.out, "option lines")) << "what they were told differs";
-  // Among the stages lines are there once: of the run that looked for them.
+  // Lines appear once among the stages: in the run that detected them.
   const std::string bars = "text-anchor=\"end\">lines</text>";
   EXPECT_EQ(browser.out.find(bars), browser.out.rfind(bars));
   EXPECT_TRUE(Contains(browser.out, bars));

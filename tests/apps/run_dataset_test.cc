@@ -23,7 +23,7 @@ using testing::WriteText;
 constexpr const char* kCamera =
     "camera: {width: 64, height: 48, fx: 50, fy: 50, cx: 31.5, cy: 23.5}\ndepth_factor: 5000\n";
 
-// Two days with a recording "rec" each, a run of the first, and somebody who works in the second.
+// Two days with a recording "rec" each, a run of the first, and a user who works in the second.
 class RunDataset : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -42,7 +42,7 @@ class RunDataset : public ::testing::Test {
     return {{"dataset", dataset.string()},
             {"per_frame", {{"stamp", {"100.000000", "100.500000"}}}}};
   }
-  // Every stamp a second later.
+  // Writes every stamp a second later.
   static void MakeLater(const fs::path& recording) {
     for (const char* list : {"rgb.txt", "depth.txt"}) {
       std::string text = testing::ReadText(recording / list);

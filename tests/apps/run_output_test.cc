@@ -45,7 +45,7 @@ Trajectory Poses(const std::vector<int>& frames) {
 class RunOutputTest : public ::testing::Test {
  protected:
   fs::path run() const { return folder_ / "run"; }
-  // What a process that is killed now leaves.
+  // Returns the stamps in a file as a process killed now would leave it.
   std::vector<Stamp> StampsIn(const char* name) const {
     std::vector<Stamp> stamps;
     for (const StampedPose& pose : ReadTumTrajectory(run() / name)) stamps.push_back(pose.stamp);
@@ -113,7 +113,7 @@ TEST_F(RunOutputTest, FromTheFirstPoseOnNothingOfAnEarlierRunIsLeft) {
   }
 }
 
-// A run that goes on in the map of its own folder and is killed must not cost it.
+// A run that continues in the map of its own folder must not lose it when it is killed.
 TEST_F(RunOutputTest, AMapThatIsLoadedOrSavedIsNotRemoved) {
   fs::create_directories(run());
   const fs::path map = run() / "map.hwmap", same = run() / "../run/map.hwmap";
@@ -145,7 +145,7 @@ TEST_F(RunOutputTest, TheTrajectoriesAreThereBeforeTheRestAndTheReportIsLast) {
   EXPECT_TRUE(output.failures().empty());
 }
 
-// The disk is full for a while: what was not written then is written in the end.
+// The disk is full for a while: data that could not be written then are written at the end.
 TEST_F(RunOutputTest, AnInterruptedLogIsWrittenAgainInTheEnd) {
   RunOutput output(run());
   SlamRun result;
@@ -164,7 +164,7 @@ TEST_F(RunOutputTest, AnInterruptedLogIsWrittenAgainInTheEnd) {
   EXPECT_TRUE(output.failures().empty());
 }
 
-// A wall of 1 m x 1 m, x metres ahead.
+// A wall of 1 m x 1 m at x metres in front of the camera.
 DenseMap Wall(float x) {
   DenseMap dense;
   std::vector<Eigen::Vector3f> points;

@@ -1,4 +1,4 @@
-// Every option of SlamOptions by its path: set, listed, written and read back.
+// Sets, lists, writes and reads back every option of SlamOptions by its path.
 #include "settings.h"
 
 #include <filesystem>
@@ -18,7 +18,7 @@ namespace {
 
 using testing::MessageOf;
 
-// Another value that the range allows.
+// Returns a different value within the range.
 template <class Field>
 void Change(Field* field, const OptionRange& range) {
   if constexpr (std::is_same_v<Field, bool>) {
@@ -49,7 +49,7 @@ void ChangeAll(Options* options, int* count) {
 
 class SettingsTest : public ::testing::Test {
  protected:
-  // What ReadSettings() makes of a file.
+  // Returns the options that ReadSettings() reads from a file with this text.
   SlamOptions Read(const std::string& text) {
     testing::WriteText(file_, text);
     SlamOptions options;
@@ -77,7 +77,7 @@ TEST_F(SettingsTest, WhatIsWrittenIsReadBackWhateverItIs) {
   EXPECT_TRUE(ChangedSettings(options).empty());
   int count = 0;
   ChangeAll(&options, &count);
-  options.frame.use_points = true;  // not both off
+  options.frame.use_points = true;  // at least one is on
   const SlamOptions read = Read(SettingsFile(options));
   EXPECT_EQ(SettingsFile(read), SettingsFile(options));
   EXPECT_EQ(ChangedSettings(read).size(), static_cast<std::size_t>(count - 1));

@@ -67,7 +67,7 @@ TEST(WriteTum, TheProjectsOwnReaderFindsTheFramesAsTheyWereRendered) {
     ASSERT_TRUE(read.has_value());
     EXPECT_EQ(read->stamp, rendered.stamp);
     EXPECT_EQ(cv::norm(read->bgr, rendered.bgr, cv::NORM_INF), 0.0);
-    // Half a step, and the rounding of 3 m to a float.
+    // The tolerance is half a step plus the rounding of 3 m to a float.
     EXPECT_LE(cv::norm(read->depth, rendered.depth, cv::NORM_INF), 0.5 / kTumDepthFactor + 5e-7);
   }
 }
@@ -136,7 +136,7 @@ TEST(WriteTum, ImuReadsBackAsItWasSimulated) {
   ASSERT_EQ(imu.samples.size(), expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) {
     EXPECT_EQ(imu.samples[i].stamp, expected[i].stamp);
-    // Nine decimals.
+    // The file has nine decimals.
     EXPECT_LT((imu.samples[i].gyroscope - expected[i].gyroscope).norm(), 1e-9);
     EXPECT_LT((imu.samples[i].accelerometer - expected[i].accelerometer).norm(), 1e-9);
   }
@@ -168,7 +168,7 @@ TEST(WriteTum, TheTrueStatesAreThoseOfTheBodyInTheClockOfTheImu) {
     for (int i = 0; i < 6; ++i) {
       EXPECT_NEAR(v[10 + static_cast<std::size_t>(i)], truth.bias[i], 1e-9);
     }
-    // The camera is where T_BC says.
+    // The camera pose follows from T_BC.
     const Pose T_WC = truth.state.T_WB * options.imu.T_BC;
     EXPECT_LT((T_WC.Inverse() * simulation.T_WC(truth.stamp)).p().norm(), 1e-12);
   }
@@ -189,9 +189,9 @@ TEST(WriteTum, ImuCalibrationReadsBackExactly) {
   EXPECT_EQ(imu->noise.gyroscope_walk, options.imu.noise.gyroscope_walk);
   EXPECT_EQ(imu->noise.accelerometer_walk, options.imu.noise.accelerometer_walk);
   EXPECT_EQ(imu->rate, 200.0);
-  EXPECT_EQ(imu->time_offset, 0.0);  // it is for the estimator to find
+  EXPECT_EQ(imu->time_offset, 0.0);  // the estimator has to estimate it
   EXPECT_TRUE(std::isinf(imu->accelerometer_range));
-  // Of the faults the data sheet tells the ranges.
+  // Of the faults, the data sheet states only the ranges.
   options.imu.faults = HardImuFaults();
   WriteTum(SimulateRoom(options), folder.path() / "hard");
   const auto hard = apps::LoadConfig(apps::CalibrationFile(folder.path() / "hard")).imu;
@@ -265,7 +265,7 @@ TEST(WriteTum, LeavesNothingBehindWhenItIsInterrupted) {
   EXPECT_EQ(CountEntries(folder.path()), 0);
 }
 
-// In another container a process may have the same number.
+// A process in another container may have the same process id.
 TEST(WriteTum, SharesItsTemporaryWithNoProcessOfItsNumber) {
   const TemporaryDirectory folder;
   const fs::path other = folder.path() / (".room." + std::to_string(::getpid()));
@@ -319,7 +319,7 @@ TEST(SimulateCommand, RecordsTheRoadWithADepthCameraInTheOpen) {
   const RgbdSensor sensor = apps::LoadConfig(apps::CalibrationFile(road)).sensor;
   EXPECT_EQ(sensor.camera.width, 160);
   EXPECT_EQ(sensor.camera.fx, 153.75);
-  EXPECT_EQ(sensor.camera.cx, 79.5);  // the middle of the image is still the middle
+  EXPECT_EQ(sensor.camera.cx, 79.5);  // the middle of the image is unchanged
   EXPECT_EQ(sensor.depth_factor, 1000.0);
   EXPECT_NEAR(sensor.depth_noise.Sigma(2.0), 0.08 * 4.0 / (425.0 * 0.05), 1e-12);
   const TumDataset dataset(road);
@@ -328,7 +328,7 @@ TEST(SimulateCommand, RecordsTheRoadWithADepthCameraInTheOpen) {
   EXPECT_GT(cv::countNonZero(dataset.Load(2)->depth), 160 * 120 / 3);
 }
 
-// Four seconds of a motion, in two files.
+// Writes four seconds of a motion to two files.
 void WriteRecording(const std::filesystem::path& poses, const std::filesystem::path& readings) {
   const SinusoidalMotion motion;
   Trajectory captured;
@@ -355,7 +355,7 @@ TEST(SimulateCommand, FilmsTheRoomAlongARecordedMotionWithItsReadings) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_TRUE(testing::Contains(run.out, "motion and captured poses differ by 0.")) << run.out;
   const TumDataset dataset(folder.path() / "room");
-  // 0.6 s before and after are for the readings.
+  // 0.6 s before and after are reserved for the readings.
   EXPECT_NEAR(static_cast<double>(dataset.size()), 2.8 * 30.0, 2.0);
   const auto calibration = apps::LoadConfig(apps::CalibrationFile(folder.path() / "room")).imu;
   ASSERT_TRUE(calibration.has_value());

@@ -23,7 +23,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// A quarter of the default image: quick, and the same view.
+// A quarter of the default image: faster, with the same field of view.
 PinholeCamera SmallCamera() {
   return {.width = 160, .height = 120, .fx = 131.25, .fy = 131.25, .cx = 79.5, .cy = 59.5};
 }
@@ -50,7 +50,7 @@ Scene MakeWallScene(double distance, double yaw = 0.0, bool checker = false) {
   return scene;
 }
 
-// A camera at rest in the origin.
+// A stationary camera at the origin.
 Simulation AtRest(Scene scene, const SimulationOptions& options) {
   return Simulation(std::move(scene), SplineTrajectory(std::vector<Pose>(4), 10.0), options);
 }
@@ -80,7 +80,7 @@ TEST(Renderer, DepthOfASlantedWallFollowsItsEquationThroughADistortedLens) {
 }
 
 TEST(Renderer, AveragesWhatIsTooFineToSee) {
-  // 0.2 m tiles at 60 m are half a pixel wide: without filtering the image would be a moire.
+  // At 60 m the 0.2 m tiles are half a pixel wide: unfiltered, the image would show moire patterns.
   Renderer renderer(MakeWallScene(60.0, 0.0, true), SmallCamera());
   const cv::Mat green = [&] {
     std::vector<cv::Mat> channels;
@@ -111,8 +111,8 @@ TEST(Sensor, KinectDepthHasTheSpreadAndTheStepsOfItsModel) {
   const SimulatedFrame frame = AtRest(MakeWallScene(kZ), options).Render(0);
   cv::Scalar mean, sigma;
   cv::meanStdDev(frame.depth, mean, sigma);
-  // Nguyen's sigma as much larger as the truth is, and the error of rounding to steps of z^2 / (8 f
-  // b), uniform over a step.
+  // Nguyen's sigma, scaled in the same ratio as the truth, and the error of rounding to steps of
+  // z^2 / (8 f b), uniform over a step.
   const double model = options.sensor.noise_ratio * (0.0012 + 0.0019 * (kZ - 0.4) * (kZ - 0.4));
   const double step = kZ * kZ / (8.0 * 525.0 * 0.075);
   // 19200 samples: sigma / sqrt(2 n) = 0.5 %; the steps near the mean differ by another per cent.
@@ -128,10 +128,10 @@ TEST(Sensor, KinectSeesNothingBehindAnEdgeNorAtGrazingIncidence) {
   Rendering ideal{cv::Mat(60, 80, CV_32FC3, cv::Scalar(0)), cv::Mat(60, 80, CV_32FC1, 3.0f),
                   cv::Mat(60, 80, CV_32FC1, 1.0f)};
   ideal.depth.colRange(0, 40).setTo(1.5);
-  ideal.depth.colRange(70, 80).setTo(0.0);  // the sky, which hides nothing
+  ideal.depth.colRange(70, 80).setTo(0.0);  // the sky, which occludes nothing
   ideal.cosine.rowRange(50, 60).setTo(0.05);
   const SensorImages seen = Sensor({}, SmallCamera(), 1).Observe(ideal, 0);
-  EXPECT_EQ(cv::countNonZero(seen.depth(cv::Rect(40, 0, 2, 50))), 0);         // the window's half
+  EXPECT_EQ(cv::countNonZero(seen.depth(cv::Rect(40, 0, 2, 50))), 0);         // half of the window
   EXPECT_EQ(cv::countNonZero(seen.depth(cv::Rect(42, 0, 28, 50))), 28 * 50);  // beyond it
   EXPECT_EQ(cv::countNonZero(seen.depth(cv::Rect(0, 0, 40, 50))), 40 * 50);   // the near side
   EXPECT_EQ(cv::countNonZero(seen.depth.rowRange(50, 60)), 0);
@@ -172,7 +172,7 @@ TEST(Simulation, DepthAndColourAgreeBetweenFramesUnderTheTruePoses) {
   const Simulation room = SimulateRoom(options);
   const SimulatedFrame a = room.Render(0), b = room.Render(3);
   const Pose T_BA = b.T_WC.Inverse() * a.T_WC;
-  cv::Mat smooth_a, smooth_b;  // pixels of both frames average over different places
+  cv::Mat smooth_a, smooth_b;  // pixels of both frames average over different surface points
   cv::GaussianBlur(a.bgr, smooth_a, {3, 3}, 0.8);
   cv::GaussianBlur(b.bgr, smooth_b, {3, 3}, 0.8);
   std::vector<double> depth_errors, grey_errors;
@@ -199,8 +199,8 @@ TEST(Simulation, DepthAndColourAgreeBetweenFramesUnderTheTruePoses) {
     std::nth_element(values->begin(), nth, values->end());
     return *nth;
   };
-  // Bilinear interpolation of a plane's depth over a pixel errs by some hundredths of a millimetre;
-  // the rest are pixels at edges.
+  // Bilinear interpolation of a plane's depth over a pixel has errors of some hundredths of a
+  // millimetre; the other differences are pixels at edges.
   EXPECT_LT(quantile(&depth_errors, 0.5), 2e-5);
   EXPECT_LT(quantile(&depth_errors, 0.85), 5e-5);
   EXPECT_LT(quantile(&grey_errors, 0.5), 1.5);
@@ -262,7 +262,7 @@ TEST_P(RoomPath, MovesAsAHandDoesAndReturnsToItsStart) {
     EXPECT_GT(velocity.norm(), 0.3);
     EXPECT_LT(velocity.norm(), 0.6);
     EXPECT_LT(rate.norm(), 60.0 * kPi / 180.0);
-    if (i > 0) {  // no jump in velocity: accelerations stay those of a hand
+    if (i > 0) {  // velocity is continuous: accelerations remain those of a hand
       EXPECT_LT((velocity - last_velocity).norm() / kStep, 1.5);
       EXPECT_LT((rate - last_rate).norm() / kStep, 2.0);
     }

@@ -1,4 +1,4 @@
-// Each switch of `highwall slam` changes the run as it says, and nothing else.
+// Each switch of `highwall slam` changes the run as documented, and nothing else.
 #include "slam_arguments.h"
 
 #include <CLI/App.hpp>
@@ -33,7 +33,7 @@ SlamRunOptions Options(const std::string& switches) {
   return MakeOptions(Parse(switches));
 }
 
-// What run.json says of the options, where it differs from a run without switches.
+// Returns the options of run.json that differ from those of a run without switches.
 json Difference(const std::string& switches) {
   const json before = ToJson(Options("")).flatten(), after = ToJson(Options(switches)).flatten();
   json difference = json::object();
@@ -43,7 +43,7 @@ json Difference(const std::string& switches) {
   return difference;
 }
 
-// A file that says them.
+// Writes the settings to a file and returns its path.
 std::string SettingsFileOf(const std::string& settings) {
   const std::string path = ::testing::TempDir() + "highwall_settings.yaml";
   testing::WriteText(path, settings + "\n");

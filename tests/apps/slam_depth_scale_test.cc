@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::Outcome;
 
-// Beyond three standard deviations of what twenty seconds tell.
+// More than three standard deviations of an estimate from twenty seconds.
 constexpr double kTooLong = 1.08;
 
 class SlamDepthScale : public ::testing::Test {
@@ -29,11 +29,11 @@ class SlamDepthScale : public ::testing::Test {
     options.fps = 12.0;
     options.duration = seconds;
     options.rest = rest;
-    // So short a walk tells the scale to 2 % only where the noise is what the system is told.
+    // So short a walk gives the scale to 2 % only if the noise matches the system's noise model.
     options.sensor.noise_ratio = options.imu.noise_ratio = 1.0;
     simulate::WriteTum(simulate::SimulateRoom(options), dataset());
   }
-  // The stored values stand for metres that are too long.
+  // Changes the calibration so that the stored values yield depths that are too long.
   void Miscalibrate() const {
     const fs::path file = dataset() / "calibration.yaml";
     std::string text = testing::ReadText(file);

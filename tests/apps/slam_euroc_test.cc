@@ -28,7 +28,7 @@ Outcome Slam(const fs::path& dataset, const fs::path& out, const std::string& op
                                                             out.string() + " " + options);
 }
 
-// Poses of the IMU; over the clip the camera, 7 cm away, turns by some degrees only.
+// Poses of the IMU; during the clip the camera, 7 cm away, rotates by some degrees only.
 Trajectory ReadTruth(const fs::path& csv) {
   Trajectory truth;
   std::ifstream stream(csv);

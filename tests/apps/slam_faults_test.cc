@@ -1,5 +1,5 @@
 // Runs `highwall slam` on datasets with seeded faults of readings and images: no output is lost,
-// and each fault is said once. HIGHWALL_FAULT_RUNS=1000 tries a thousand seeds.
+// and each fault is reported once. HIGHWALL_FAULT_RUNS=1000 tests a thousand seeds.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -53,7 +53,7 @@ std::vector<std::string> Lines(const std::string& text) {
   return lines;
 }
 
-// Damages an image file, or takes it away.
+// Damages or removes an image file.
 void SpoilFile(std::mt19937& rng, const fs::path& file) {
   std::string bytes = ReadText(file);
   switch (Uniform(rng, 0, 3)) {
@@ -79,7 +79,7 @@ int LinesWith(const std::vector<std::string>& lines, const std::string& part) {
       lines.begin(), lines.end(), [&](const std::string& line) { return Contains(line, part); }));
 }
 
-// What the readings, as they are now, must make the program say: once, or not at all.
+// Expects that each fault of the readings is reported once, and no fault that is absent.
 void ExpectSaidOnce(const std::vector<ImuSample>& readings, const std::vector<std::string>& said) {
   bool not_finite = false, impossible = false, back = false, twice = false;
   for (std::size_t i = 0; i < readings.size(); ++i) {

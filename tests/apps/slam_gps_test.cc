@@ -1,4 +1,4 @@
-// Runs `highwall simulate --gps` and `highwall slam` on what it wrote.
+// Runs `highwall simulate --gps`, and `highwall slam` on its output.
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -73,7 +73,7 @@ TEST_F(SlamWithGps, TheyCanBeLeftOut) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_FALSE(Contains(outcome.out, "fixes"));
   EXPECT_FALSE(json::parse(ReadText(run("off") / "run.json")).contains("gps"));
-  // As if the file were not there.
+  // The run behaves as if the file did not exist.
   fs::rename(dataset() / "gps.csv", folder_->path() / "gps.csv");
   const Outcome without = Slam("without", "--imu off");
   fs::rename(folder_->path() / "gps.csv", dataset() / "gps.csv");
@@ -89,7 +89,7 @@ TEST_F(SlamWithGps, AFileThatIsWrongIsRefusedWithItsLine) {
   const Outcome broken = Slam("broken", "");
   EXPECT_EQ(broken.exit_code, 2);
   EXPECT_TRUE(Contains(broken.err, "gps.csv:34: has 3 fields")) << broken.err;
-  // Of another time: no fix falls to a frame, and the run goes on without them.
+  // The fixes are from another time: no frame has a fix, and the run continues without them.
   WriteText(dataset() / "gps.csv", "0.1,1,2,3\n0.2,1,2,4\n");
   const Outcome early = Slam("early", "--imu off");
   WriteText(dataset() / "gps.csv", good);
@@ -121,7 +121,7 @@ TEST_F(SlamWithGps, TheSimulatorWritesFixesOfTheTruth) {
         fix.p_G - simulate::GpsAlignment(drive) * (drive.T_WC(fix.stamp) * simulate::GpsAntenna());
     squares += error.cwiseQuotient(fix.sigma).cwiseAbs2() / 200.0;
   }
-  // Of 200 squares: 10 % of standard error.
+  // Statistic of 200 squares: 10 % of standard error.
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(squares(i), 1.0, 0.4);
 }
 

@@ -1,4 +1,4 @@
-// Runs `highwall slam` on a dataset with an IMU: its weights, and how it meets bad readings.
+// Runs `highwall slam` on a dataset with an IMU: its weights, and its response to bad readings.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -33,7 +33,7 @@ using testing::ReadText;
 using testing::TemporaryDirectory;
 using testing::WriteText;
 
-// A walk with an IMU whose readings are good until the test spoils them.
+// A walk with an IMU whose readings are valid until the test corrupts them.
 class SlamWithImu : public ::testing::Test {
  protected:
   static constexpr int kFrames = 12;  // at 6 Hz: two seconds
@@ -57,7 +57,7 @@ class SlamWithImu : public ::testing::Test {
 
   fs::path imu_file() const { return dataset() / "imu.csv"; }
 
-  // Writes every reading anew, as the numbers of its line; false: it is left out.
+  // Rewrites every reading, given as the numbers of its line; false drops the reading.
   void Spoil(const std::function<bool(std::vector<double>& reading)>& change) const {
     std::istringstream in(ReadText(imu_file()));
     std::ostringstream out;
@@ -78,7 +78,7 @@ class SlamWithImu : public ::testing::Test {
     WriteText(imu_file(), out.str());
   }
 
-  // RGB-D alone: exit code 0, a warning that holds every part, every frame tracked.
+  // Expects an RGB-D run: exit code 0, a warning with every part, and every frame tracked.
   void ExpectFallback(const std::vector<std::string>& parts) const {
     const Outcome outcome = SlamOnDataset("--no-map --json");
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -93,7 +93,7 @@ class SlamWithImu : public ::testing::Test {
               0.02);
   }
 
-  // One line that holds every part, exit code 2, nothing written.
+  // Expects one line that contains every part, exit code 2, and no output files.
   void ExpectRefused(const std::vector<std::string>& parts, const std::string& options = "") const {
     testing::ExpectRefused(SlamOnDataset(options), 2, parts);
     EXPECT_FALSE(fs::exists(run()));
@@ -192,7 +192,7 @@ TEST_F(SlamWithImu, LeavesAnImpossibleReadingOutAndNamesItsLine) {
     SCOPED_TRACE(value);
     int line = 0;
     Spoil([&](std::vector<double>& reading) {
-      // In the last third, after the initialization.
+      // These lie in the last third, after the initialization.
       if (++line == 440) reading[4] = value;
       return true;
     });

@@ -1,4 +1,4 @@
-// What `highwall slam` makes of lists, depth and ground truth that are not quite as they should be.
+// Tests `highwall slam` with slightly irregular lists, depth and ground truth.
 #include <algorithm>
 #include <filesystem>
 #include <optional>
@@ -96,7 +96,7 @@ TEST_F(SlamInput, CoverageCountsColourImagesAndSaysHowManyHaveNoDepth) {
 }
 
 TEST_F(SlamInput, TakesTheSwitchThatItNamesWhereDepthIsLate) {
-  // So slow that no other image is nearer than its own.
+  // The frame rate is so low that no other image is nearer than the matching one.
   simulate::SimulationOptions options = testing::SmallRoomOptions();
   options.fps = 10.0;
   options.duration = 0.6;

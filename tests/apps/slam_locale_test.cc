@@ -1,4 +1,4 @@
-// Runs the program in a process with decimal commas, as a library that it loads may make it.
+// Runs the program in a process with decimal commas, which a loaded library can set.
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -23,7 +23,7 @@ using testing::Outcome;
 using testing::ReadText;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kCanPreload = false;  // its own library has to be the first one
+constexpr bool kCanPreload = false;  // the sanitizer's own library has to be the first one
 #else
 constexpr bool kCanPreload = true;
 #endif
@@ -39,7 +39,7 @@ Files FilesIn(const fs::path& folder) {
   return files;
 }
 
-// Without what the clock or the memory of a process says, which no two runs share.
+// Removes the clock times and memory sizes of a process, which differ between any two runs.
 std::string WithoutMeasurements(const std::string& run_json) {
   const json flat = json::parse(run_json).flatten();
   std::string text;
@@ -51,7 +51,7 @@ std::string WithoutMeasurements(const std::string& run_json) {
   return text;
 }
 
-// A page holds measurements at many places: which text lies between numbers.
+// A page contains measurements in many places: only the text between numbers is compared.
 std::string WithoutNumbers(const std::string& page) {
   static const std::regex number("-?[0-9]+(\\.[0-9]+)?(e[-+]?[0-9]+)?");
   return std::regex_replace(page, number, "#");
@@ -66,7 +66,7 @@ class SlamLocale : public ::testing::TestWithParam<std::string> {
     if (!german_->IsMade()) GTEST_SKIP() << testing::kNoGermanLocale;
   }
 
-  // In a folder of its own, so that names in what is written are the same.
+  // Runs in a separate folder, so that the names in the output are the same.
   Outcome Run(const std::string& place, const std::string& arguments) const {
     fs::create_directories(folder_ / place);
     std::string program = testing::kHighwallProgram;
@@ -77,7 +77,7 @@ class SlamLocale : public ::testing::TestWithParam<std::string> {
     }
     return testing::RunProgram(program, arguments, folder_ / place);
   }
-  // Succeeds in both processes, and prints the same.
+  // Expects success in both processes, and the same output.
   void RunBoth(const std::string& arguments, bool compare_output = true) const {
     SCOPED_TRACE(arguments);
     const Outcome plain = Run(kPlain, arguments), comma = Run(kComma, arguments);
@@ -108,7 +108,7 @@ class SlamLocale : public ::testing::TestWithParam<std::string> {
   static constexpr const char* kPlain = "plain";
   static constexpr const char* kComma = "comma";
   const testing::TemporaryDirectory folder_;
-  std::optional<testing::GermanLocale> german_;  // where it is needed
+  std::optional<testing::GermanLocale> german_;  // set if required
 };
 
 TEST_P(SlamLocale, AnImaginaryRecordingIsTheSameToTheByte) {

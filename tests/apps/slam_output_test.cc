@@ -1,5 +1,4 @@
-// Runs `highwall slam` where something goes wrong with what it writes: a full disk, folders that
-// are missing, an end by `kill -9`.
+// Runs `highwall slam` where its output fails: a full disk, missing folders, an end by `kill -9`.
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -36,7 +35,7 @@ using testing::FileSizeLimit;
 using testing::Outcome;
 using testing::ReadText;
 
-// In its place, while this lives, a pipe that nobody writes to: whoever reads the file waits.
+// Replaces a file, while this object lives, by a pipe without a writer: readers of the file wait.
 class WithheldFile {
  public:
   explicit WithheldFile(fs::path path) : path_(std::move(path)), aside_(path_.string() + ".aside") {
@@ -62,7 +61,7 @@ class SlamOutput : public ::testing::Test {
   }
   void WriteSequence(int frames) const { testing::WriteSmallRoom(dataset(), frames); }
 
-  // In lockstep: every run gives the same.
+  // Synchronous mode: every run gives the same result.
   std::vector<std::string> Arguments() const {
     return {"slam", "--dataset", dataset().string(), "--out", run().string(), "--deterministic"};
   }
@@ -92,7 +91,7 @@ TEST_F(SlamOutput, AMissingFolderOfASavedMapIsMade) {
 }
 
 TEST_F(SlamOutput, AFolderOfASavedMapThatCannotBeMadeIsRefusedBeforeTheWork) {
-  // Were the dataset looked at first, it would be to blame.
+  // If the dataset were read first, the error would refer to it.
   const fs::path file = folder_ / "file";
   std::ofstream(file) << "precious";
   const Outcome outcome = Slam("--save-map " + (file / "a" / "room.hwmap").string());
@@ -100,7 +99,7 @@ TEST_F(SlamOutput, AFolderOfASavedMapThatCannotBeMadeIsRefusedBeforeTheWork) {
   EXPECT_FALSE(fs::exists(run()));
 }
 
-// Files that do not fit are missing and named, with the reason; all others are as they would be.
+// Files that do not fit are missing and are named with the reason; all others are complete.
 TEST_F(SlamOutput, AFullDiskCostsNoMoreThanWhatDoesNotFit) {
   WriteSequence(8);
   const fs::path map = folder_ / "room.hwmap";
@@ -139,7 +138,7 @@ TEST_F(SlamOutput, AFullDiskCostsNoMoreThanWhatDoesNotFit) {
   EXPECT_EQ(report["failures"].size(), missing.size());
 }
 
-// As names of files of other times and systems are: Latin 1, cut in the middle of a character.
+// File names from older or other systems: Latin 1, truncated in the middle of a character.
 TEST_F(SlamOutput, NamesThatAreNotUtf8AreReportedAndFoundAgain) {
   WriteSequence(6);
   const std::string recording = "B\xFCro \xE5\xB7", out = "l\xE4uft";
@@ -154,7 +153,7 @@ TEST_F(SlamOutput, NamesThatAreNotUtf8AreReportedAndFoundAgain) {
       highwall("slam --deterministic --json --dataset '" + recording + "' --out " + out);
   EXPECT_EQ(json::parse(report), json::parse(ReadText(folder_ / out / "run.json")));
   EXPECT_TRUE(json::parse(report)["complete"]);
-  // The run names its recording, and its recording its calibration.
+  // The run names its recording, and the recording its calibration.
   EXPECT_EQ(json::parse(highwall("map " + out + " --json --out m\xE4p"))["frames"],
             json::parse(report)["keyframes"]);
   const std::string poses = " '" + recording + "/groundtruth.txt' " + out + "/trajectory.txt";
@@ -166,7 +165,7 @@ TEST_F(SlamOutput, NamesThatAreNotUtf8AreReportedAndFoundAgain) {
   EXPECT_TRUE(json::accept(highwall("map compare --json " + map + " " + map)));
 }
 
-// Killed over a complete earlier run, while it waits for an image that does not come.
+// Killed over a complete earlier run, while it waits for an image that does not arrive.
 TEST_F(SlamOutput, AKilledRunLeavesItsPosesAndKeyframesAndNothingElse) {
   constexpr std::size_t kFrames = 15;
   WriteSequence(static_cast<int>(kFrames));
@@ -200,8 +199,8 @@ TEST_F(SlamOutput, AKilledRunLeavesItsPosesAndKeyframesAndNothingElse) {
   }
 }
 
-// At ten moments from the start to the end, one after the other in one folder: a report is there
-// only with all that it reports, and a run that is not killed finds nothing in its way.
+// The run is killed at ten times from start to end, each time in the same folder: a report exists
+// only with all the files that it reports, and a run that is not killed finds no obstacle.
 TEST_F(SlamOutput, WhereThereIsAReportTheRunIsComplete) {
   WriteSequence(10);
   const auto start = std::chrono::steady_clock::now();

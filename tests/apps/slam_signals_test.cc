@@ -31,7 +31,7 @@ constexpr std::size_t kFrames = 30;
 
 using Files = std::map<std::string, std::string>;  // by their names
 
-// Those that are seen.
+// Returns the files that are not hidden.
 Files FilesIn(const fs::path& folder) {
   Files files;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -48,18 +48,18 @@ class SlamSignals : public ::testing::Test {
   fs::path dataset() const { return folder_ / "dataset"; }
   fs::path run() const { return folder_ / "run"; }
   fs::path causal() const { return run() / "trajectory_causal.txt"; }
-  // In lockstep: every run gives the same.
+  // Synchronous mode: every run gives the same result.
   std::vector<std::string> Arguments() const {
     return {"slam", "--dataset", dataset().string(), "--out", run().string(), "--deterministic"};
   }
-  // Until it has tracked a few frames.
+  // Waits until the program has tracked a few frames.
   void WaitForPoses(BackgroundProgram& program) const {
     while (program.IsRunning() && CountLines(ReadText(causal())) < 4) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     ASSERT_TRUE(program.IsRunning());
   }
-  // What a run of the first frames alone writes: a recording that ends with them.
+  // Returns the output of a run on the first frames alone: a recording that ends with them.
   Files FilesOfShortRun(std::size_t frames) const {
     const std::string number = std::to_string(frames);
     const fs::path folder = folder_ / ("short" + number), out = folder_ / ("run" + number);
@@ -85,7 +85,7 @@ class SlamSignals : public ::testing::Test {
   const testing::TemporaryDirectory folder_;
 };
 
-// All is then as if the recording ended with that frame.
+// The result is the same as if the recording ended with that frame.
 TEST_F(SlamSignals, OneSignalEndsTheRunAtTheNextFrameAndLosesNothing) {
   const std::map<std::string, int> signals = {
       {"SIGINT", SIGINT}, {"SIGTERM", SIGTERM}, {"SIGHUP", SIGHUP}};
@@ -130,7 +130,7 @@ TEST_F(SlamSignals, ARunThatIsNotStoppedDoesNotSaySo) {
   EXPECT_FALSE(json::parse(ReadText(run() / "run.json")).contains("stopped"));
 }
 
-// While the run ends in order for the first one, at moments that lie ever later.
+// The second signal arrives while the run ends regularly after the first, at increasing delays.
 TEST_F(SlamSignals, ASecondSignalTearsNothing) {
   for (const int wait : {120, 200, 300, 500}) {  // [ms]
     SCOPED_TRACE(wait);
@@ -146,7 +146,7 @@ TEST_F(SlamSignals, ASecondSignalTearsNothing) {
     const Files expected = FilesOfShortRun(ReadTumTrajectory(causal()).size());
     for (const auto& [file, content] : files) {
       if (file == "run.json" || (file == "keyframes.txt" && !files.contains("trajectory.txt"))) {
-        continue;  // keyframes.txt is as it was while tracking
+        continue;  // keyframes.txt is as during tracking
       }
       EXPECT_TRUE(expected.contains(file) && expected.at(file) == content) << file;
     }

@@ -1,5 +1,5 @@
-// Runs whose camera is carried, its lens covered, to where it has not been: what is not joined is
-// mapped, and apart.
+// Runs with a camera that is moved with a covered lens to an unknown place: submaps that are not
+// merged are mapped separately.
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -18,7 +18,7 @@ namespace {
 constexpr double kFps = 20.0;
 constexpr int kCovered = -1;  // the lens
 
-// Frames of a walk round a room, in any order.
+// Frames of a walk around a room, in any order.
 class CarriedCamera final : public Dataset {
  public:
   CarriedCamera(const simulate::Simulation& room, std::vector<int> frames)
@@ -29,7 +29,7 @@ class CarriedCamera final : public Dataset {
     return FromSeconds(1.0 + static_cast<double>(index) / kFps);
   }
   const Trajectory* groundtruth() const override { return nullptr; }
-  // Of the frame with that stamp.
+  // Returns the frame with that stamp.
   simulate::SimulatedFrame FrameAt(Stamp at) const {
     std::size_t index = 0;
     while (stamp(index) != at) ++index;
@@ -72,7 +72,7 @@ SlamRun RunOn(const CarriedCamera& dataset, const PinholeCamera& camera) {
   return RunSlam(dataset, {.camera = camera}, options);
 }
 
-// What the frames of a submap saw, by their true depth and poses, in its world.
+// Returns the points observed in the frames of a submap, by true depth and poses, in its world.
 std::vector<Eigen::Vector3f> SeenIn(const SubmapRun& submap, const CarriedCamera& dataset,
                                     const PinholeCamera& camera) {
   std::vector<Eigen::Vector3f> points;
@@ -92,7 +92,7 @@ std::vector<Eigen::Vector3f> SeenIn(const SubmapRun& submap, const CarriedCamera
 TEST(SlamOfSubmaps, MapsEachInItsOwnWorldAndNothingOfThoseThatWereDropped) {
   const simulate::Simulation room = MakeRoom();
   const PinholeCamera& camera = room.options().camera;
-  // A moment in between is too short for a submap that is kept.
+  // The segment in between is too short for a submap that is kept.
   std::vector<int> frames;
   Append(0, 40, frames);
   frames.insert(frames.end(), 10, kCovered);
@@ -111,8 +111,8 @@ TEST(SlamOfSubmaps, MapsEachInItsOwnWorldAndNothingOfThoseThatWereDropped) {
     for (const ColoredPoint& point : submap->dense->cloud) points.push_back(point.p);
     const MapComparison comparison =
         CompareMaps(points, ReferenceSurface(SeenIn(*submap, dataset, camera)));
-    // Voxels of the reference are 3 cm, and the camera drifts by a centimetre or two; another
-    // submap's walls stand elsewhere, half a metre and more.
+    // Voxels of the reference are 3 cm, and the camera drifts by one or two centimetres; the walls
+    // of another submap are half a metre or more away.
     EXPECT_GT(comparison.thresholds.back().precision, 0.99) << submap->submap;
     EXPECT_GT(comparison.thresholds.back().recall, 0.8) << submap->submap;
     const OctreeLeafCount leaves = submap->dense->octree.LeafCount();

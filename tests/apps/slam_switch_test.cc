@@ -1,4 +1,4 @@
-// Runs `highwall slam` with each switch that shapes the result, and without: the result is another.
+// Runs `highwall slam` with each switch that affects the result, and without: the results differ.
 #include <filesystem>
 #include <string>
 
@@ -23,7 +23,7 @@ class SlamSwitch : public ::testing::Test {
  protected:
   fs::path dataset() const { return folder_ / "dataset"; }
 
-  // In lockstep: what differs is the work of the switch.
+  // Synchronous mode: any difference is caused by the switch.
   fs::path Run(const std::string& options) {
     const fs::path run = folder_ / ("run" + std::to_string(++runs_));
     const testing::Outcome outcome = testing::RunProgram(
@@ -78,7 +78,7 @@ TEST_F(SlamSwitch, WhatMovesIsSetAsideUnlessThatIsOff) {
   EXPECT_FALSE(ReadText(on / "trajectory.txt") == ReadText(off / "trajectory.txt"));
 }
 
-// Once round the room and a little on.
+// Once around the room and slightly further.
 TEST_F(SlamSwitch, LoopsAreClosedUnlessTheyAreOff) {
   simulate::SimulationOptions options = testing::SmallRoomOptions();
   options.fps = 6.0;

@@ -1,4 +1,4 @@
-// Runs `highwall slam` as a user does: what it writes, how good it is, how it meets bad input.
+// Runs `highwall slam` in the same way as a user: its output, accuracy and response to bad input.
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -36,7 +36,7 @@ using testing::Truncate;
 using testing::WriteText;
 using testing::WriteTum;
 
-// The names and contents of a folder's files.
+// Returns the names and contents of a folder's files.
 std::map<std::string, std::string> Contents(const fs::path& folder) {
   std::map<std::string, std::string> contents;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -59,7 +59,7 @@ class SlamCommand : public ::testing::Test {
 
   void WriteSequence(int frames) const { testing::WriteSmallRoom(dataset(), frames); }
 
-  // A dataset of 64 x 48 pixels whose files are whole; its images are blank.
+  // A dataset of 64 x 48 pixels whose files are valid; its images are blank.
   void WriteBlank(const testing::GeneratedTum& tum = {}) const {
     WriteTum(dataset(), tum);
     WriteText(dataset() / "calibration.yaml",
@@ -73,7 +73,8 @@ class SlamCommand : public ::testing::Test {
     return {files.begin(), files.end()};
   }
 
-  // One line that holds every part, exit code 2, nothing else printed, earlier results untouched.
+  // Expects one line that contains every part, exit code 2, no other output, and earlier results
+  // untouched.
   void ExpectRefused(const std::vector<std::string>& parts, const std::string& options = "") const {
     fs::create_directories(run());
     WriteText(run() / "trajectory.txt", "earlier trajectory");
@@ -88,7 +89,8 @@ class SlamCommand : public ::testing::Test {
     EXPECT_FALSE(fs::exists(run())) << "a refused run leaves a folder";
   }
 
-  // A run that carries on: exit code 0, one line for each skipped frame, all of them counted.
+  // Expects a run that continues: exit code 0, one line for each skipped frame, all of them
+  // counted.
   void ExpectSkipped(const std::vector<std::string>& reasons, std::size_t frames) const {
     const Outcome outcome = SlamOnDataset("--no-map --json");
     ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -142,7 +144,7 @@ void ExpectReport(const json& report, std::size_t frames) {
   EXPECT_GT(report["peak_memory_mib"], 1.0);
 }
 
-// grid.yaml as map_server reads it, and the size of the image that it names.
+// Reads grid.yaml as map_server does, and the size of the image that it names.
 void ExpectGrid(const fs::path& run, const json& grid) {
   std::map<std::string, std::string> fields;
   std::istringstream yaml(ReadText(run / "grid.yaml"));
@@ -165,7 +167,7 @@ void ExpectGrid(const fs::path& run, const json& grid) {
       fs::file_size(run / "grid.pgm"));
 }
 
-// Multiples of what is known beforehand, of each kind, to a thousandth.
+// Factors on the prior noise model, of each kind, to a thousandth.
 void ExpectNoise(const json& noise) {
   EXPECT_EQ(noise["point_px_by_level"].size(), 8U);
   EXPECT_EQ(noise["refined_px_by_level"].size(), 8U);
@@ -179,7 +181,7 @@ void ExpectNoise(const json& noise) {
       EXPECT_LT(factor, 3.0) << kind;
     }
   }
-  // Coarse corners are better than 1.2 times as noisy a level; nothing was learnt would be 1.003.
+  // Coarse corners are less than 1.2 times as noisy per level; without learning it would be 1.003.
   EXPECT_LT(noise["point_px_by_level"][7], 0.95);
 }
 
@@ -189,7 +191,7 @@ TEST_F(SlamCommand, WritesEveryResultAndIsAccurate) {
   const Outcome outcome = SlamOnDataset("--resolution 0.1");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
-  // The command that is suggested can be run as it stands.
+  // The suggested command can be run without changes.
   EXPECT_TRUE(Contains(outcome.out, "highwall eval ape " +
                                         (dataset() / "groundtruth.txt").string() + " " +
                                         (run() / "trajectory.txt").string()))
@@ -265,7 +267,7 @@ TEST_F(SlamCommand, ALaterRunGoesOnInASavedMap) {
   EXPECT_EQ(report["options"]["loaded_map"], map.string());
   const Trajectory second = ReadTumTrajectory(run() / "trajectory.txt");
   ASSERT_EQ(second.size(), first.size());
-  // In the same world, to the accuracy of either run.
+  // Both are in the same world, to the accuracy of either run.
   for (std::size_t i = 0; i < first.size(); ++i) {
     EXPECT_LT((second[i].pose.p() - first[i].pose.p()).norm(), 0.01) << i;
   }
@@ -338,10 +340,10 @@ TEST_F(SlamCommand, JsonIsOneObjectAndTheSameAsTheFile) {
   EXPECT_EQ(json::parse(outcome.out), json::parse(ReadText(run() / "run.json")));
 }
 
-// The camera turns by several bricks of a wall from frame to frame: seen without a prediction, many
-// lines fit one brick further on.
+// The camera rotates by several bricks of a wall from frame to frame: without a prediction, many
+// lines match one brick further along.
 TEST_F(SlamCommand, AWallThatRepeatsItselfMovesNoCamera) {
-  // The slower the sequence, the farther the first prediction from the truth.
+  // The slower the sequence, the larger the error of the first prediction.
   for (const char* sequence : {"--duration 0.3 --fps 10", "--duration 0.5 --fps 8"}) {
     fs::remove_all(dataset());
     ASSERT_EQ(
@@ -357,7 +359,7 @@ TEST_F(SlamCommand, AWallThatRepeatsItselfMovesNoCamera) {
           testing::kHighwallProgram, "eval rpe --json " + (dataset() / "groundtruth.txt").string() +
                                          " " + (run() / "trajectory.txt").string());
       ASSERT_EQ(error.exit_code, 0) << error.err;
-      // A brick further on is 0.25 m; the right pose is good to some millimetres.
+      // One brick further along is 0.25 m; the right pose is accurate to some millimetres.
       EXPECT_LT(json::parse(error.out)["stats"]["max"], 0.01) << sequence << ", " << weighting;
     }
   }
@@ -466,7 +468,7 @@ TEST_F(SlamCommand, RefusesAFileInPlaceOfTheResultsFolder) {
 }
 
 TEST_F(SlamCommand, RefusesAFolderThatCannotBeMadeBeforeTheWork) {
-  // Were the dataset looked at first, it would be to blame.
+  // If the dataset were read first, the error would refer to it.
   const fs::path file = dataset().parent_path() / "file";
   WriteText(file, "precious");
   const Outcome outcome = Slam("--dataset /nowhere --out " + (file / "a" / "b").string());
@@ -532,7 +534,7 @@ TEST_F(SlamCommand, WarnsOfADepthFactorThatIsUnlikely) {
       << outcome.err;
   EXPECT_TRUE(Contains(outcome.err, "with depth factor 100; the factor is likely 5000"))
       << outcome.err;
-  // Everything lies beyond the range of the sensor: no map, no results.
+  // All depths are beyond the range of the sensor: no map, no results.
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_FALSE(fs::exists(run()));
 }

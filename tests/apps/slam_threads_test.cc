@@ -1,5 +1,5 @@
-// Runs `highwall slam` with every thread it has: reader, features, tracking, local mapping, loops
-// and dense mapping. Two seconds, so that ThreadSanitizer can watch.
+// Runs `highwall slam` with all of its threads: reader, features, tracking, local mapping, loops
+// and dense mapping. The recording has two seconds, so that ThreadSanitizer can check it.
 #include <filesystem>
 #include <string>
 

@@ -31,7 +31,7 @@ PinholeCamera SmallCamera() {
   return {.width = 160, .height = 120, .fx = 153.75, .fy = 153.75, .cx = 79.5, .cy = 59.5};
 }
 
-// Uneven ground about the origin, 6 x 6 m, 0.25 m apart, with a boulder.
+// Uneven ground around the origin, 6 x 6 m, 0.25 m apart, with a boulder.
 Scene MakeHills() {
   Scene scene;
   const int gravel = scene.AddTexture(std::make_unique<BakedTexture>(
@@ -50,7 +50,7 @@ Scene MakeHills() {
   return scene;
 }
 
-// Above the hills, looking obliquely down.
+// Pose above the hills, looking obliquely down.
 Pose Lookout() {
   Eigen::Matrix3d R_WC;
   R_WC << 1, 0, 0, 0, -0.6, 0.8, 0, -0.8, -0.6;
@@ -104,7 +104,7 @@ TEST(Relief, DepthOfEveryPixelIsThatOfTheNearestTriangleOnItsRay) {
 TEST(Relief, RendersTheSameBytesOnAnyNumberOfThreadsAndInAnyOrder) {
   const Renderer one(MakeHills(), SmallCamera()), five(MakeHills(), SmallCamera());
   const Pose elsewhere = Lookout() * Pose::FromTangent({0.5, 0, 0.2}, {0, 0.4, 0});
-  five.Render(elsewhere);  // tiles fill in another order
+  five.Render(elsewhere);  // tiles are filled in another order
   const cv::Mat a = one.Render(Lookout(), 1).bgr, b = five.Render(Lookout(), 5).bgr;
   EXPECT_EQ(std::memcmp(a.data, b.data, a.total() * a.elemSize()), 0);
 }
@@ -132,7 +132,7 @@ TEST(Relief, BouldersAreClosedAndStandOnTheirOrigin) {
     const auto& v = scene.mesh.vertices;
     area += (v[b] - v[a]).cross(v[c] - v[a]);
   }
-  EXPECT_LT(area.norm(), 1e-12);  // the faces of a closed surface balance
+  EXPECT_LT(area.norm(), 1e-12);  // the area vectors of a closed surface sum to zero
   for (const Eigen::Vector3d& vertex : scene.mesh.vertices) {
     EXPECT_GT(vertex.z(), 3.0 - 0.4 * 0.25 - 1e-12);
     EXPECT_LT(vertex.z(), 3.0 + (2.0 - 0.4) * 0.25 + 1e-12);
@@ -151,7 +151,7 @@ TEST_P(MeansAcrossDistances, StayTheSame) {
   const BakedTexture texture(Make(), {0.0f, 0.0f}, {8.0f, 8.0f}, 0.008f);
   const double near = MeanAlbedo(texture, 0.008f, 4.0f);
   for (const float footprint : {0.03f, 0.1f}) {
-    // What fades does so into its mean, known by sampling to a per cent or two.
+    // Textures fade to their mean, which is sampled to a per cent or two.
     EXPECT_NEAR(MeanAlbedo(texture, footprint, 4.0f) / near, 1.0, 0.03) << footprint;
   }
 }
@@ -168,7 +168,7 @@ TEST(BakedTexture, IsItsSourceToARoundingAndRepeats) {
   for (float s = 0.06f; s < 1.0f; s += 0.25f) {  // within tiles, away from joints
     for (float t = -0.94f; t < 1.0f; t += 0.25f) {
       const Colour expected = source.Albedo({s, t}, 0.004f);
-      // Half a step of eight bits.
+      // The tolerance is half a step of eight bits.
       EXPECT_LT((baked.Albedo({s, t}, 0.004f) - expected).cwiseAbs().maxCoeff(),
                 0.5f / 255 + 1e-5f);
       EXPECT_LT((baked.Albedo({s + 4.0f, t - 8.0f}, 0.004f) - expected).cwiseAbs().maxCoeff(),

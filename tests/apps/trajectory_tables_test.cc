@@ -1,4 +1,4 @@
-// Tables of poses by any program: which column holds what, in which unit and order.
+// Tables of poses by any program: identifies the column, unit and order of each value.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,7 +23,7 @@ using testing::Outcome;
 
 constexpr std::int64_t kUnix = 1'403'636'580'000'000'000;  // [ns]
 
-// How a program writes its poses.
+// The format in which a program writes its poses.
 struct Form {
   std::string heading{};  // with its end of line, or empty
   char separator = ' ';
@@ -79,7 +79,7 @@ class TrajectoryTables : public ::testing::Test {
   Outcome Eval(const std::string& arguments) const {
     return testing::RunProgram(testing::kHighwallProgram, "eval " + arguments, folder_.path());
   }
-  // Stamps to the nanosecond, poses to the digits of the file.
+  // Stamps match to the nanosecond, poses to the digits of the file.
   void ExpectPoses(const std::string& text, std::int64_t start = kUnix) const {
     const apps::TrajectoryFile file = Read(text);
     ASSERT_EQ(file.poses.size(), 40u);
@@ -181,7 +181,7 @@ TEST_F(TrajectoryTables, AFirstPoseWithoutRotationTellsTheOrder) {
 }
 
 TEST_F(TrajectoryTables, TheUnitFollowsFromYearsAndFromThePace) {
-  // As ORB-SLAM3 writes EuRoC's: nanoseconds with a fraction, separated by blanks, w last.
+  // ORB-SLAM3 writes EuRoC's poses so: nanoseconds with a fraction, separated by blanks, w last.
   ExpectPoses(Table({.unit = 1, .decimals = 6}));
   ExpectPoses(Table({.unit = 1, .decimals = 0}));
   ExpectPoses(Table({.unit = 1e3, .decimals = 0}));
@@ -189,7 +189,8 @@ TEST_F(TrajectoryTables, TheUnitFollowsFromYearsAndFromThePace) {
   for (const double unit : {1.0, 1e3, 1e6, 1e9}) {
     EXPECT_EQ(Read(Table({.unit = unit, .decimals = unit > 1e8 ? 9 : 0})).assumed, "");
   }
-  // Since the start of a recording or of a machine, eight days ago: the pace alone tells.
+  // Stamps count from the start of a recording, or of a machine eight days ago: only the rate gives
+  // the unit.
   for (const std::int64_t start : {std::int64_t{0}, 700'000'000'000'000}) {
     ExpectPoses(Table({.unit = 1, .decimals = 0, .start = start}), start);
     EXPECT_TRUE(Contains(Read(Table({.unit = 1, .decimals = 0, .start = start})).assumed,
@@ -251,7 +252,7 @@ TEST_F(TrajectoryTables, DecimalCommasAndQuotesOfSpreadsheetsAreRead) {
   ExpectPoses(quoted);
 }
 
-// Of these the first pose happens to look like a position and a quaternion.
+// The first pose of these happens to resemble a position and a quaternion.
 TEST_F(TrajectoryTables, OtherNumbersThanPositionAndQuaternionAreRefusedWithTheirLine) {
   const std::string matrices =
       "1 1 0 0 0 0 1 0 0 0 0 1 0\n2 0 -1 0 0.5 1 0 0 0.7 0 0 1 0.3\n3 0 -1 0 1 1 0 0 1 0 0 1 1\n";

@@ -1,4 +1,4 @@
-// Every message that docs/troubleshooting.md quotes is what Highwall says: each is provoked here.
+// Provokes every message that docs/troubleshooting.md quotes, and checks Highwall's output for it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -45,7 +45,7 @@ std::vector<std::string> Lines(const std::string& text) {
   return lines;
 }
 
-// What stands between backticks in the first column of the tables.
+// Returns the text between backticks in the first column of the tables.
 std::vector<std::string> QuotedMessages() {
   std::vector<std::string> messages;
   for (const std::string& line :
@@ -56,7 +56,7 @@ std::vector<std::string> QuotedMessages() {
   return messages;
 }
 
-// The parts of a message between its "…", one after the other.
+// Checks that a line contains the parts of a message between its "…" in order.
 bool Says(const std::string& line, std::string message) {
   const std::string any = "…";
   std::size_t at = 0;
@@ -74,7 +74,7 @@ bool Says(const std::string& line, std::string message) {
 constexpr const char* kCalibration =
     "camera: {width: 64, height: 48, fx: 50, fy: 50, cx: 32, cy: 24}\n";
 
-// The lines that all the cases print.
+// Collects the lines that all the cases print.
 class Troubleshooting : public ::testing::Test {
  protected:
   void Highwall(const std::string& arguments) {
@@ -82,7 +82,7 @@ class Troubleshooting : public ::testing::Test {
         testing::RunProgram(testing::kHighwallProgram, arguments, folder_.path());
     for (const std::string& line : Lines(outcome.err + outcome.out)) said_.push_back(line);
   }
-  // Frames that show nothing, with a calibration.
+  // Writes blank frames with a calibration.
   fs::path Dataset(const std::string& name, const GeneratedTum& tum = {},
                    const std::string& calibration = "depth_factor: 5000\n") {
     const fs::path dataset = folder_.path() / name;
@@ -194,7 +194,7 @@ void Troubleshooting::Calibrations() {
   Slam("no_sensor");
 }
 
-// A pair of cameras, what one of them is told to be instead, and what its list holds.
+// A stereo pair, with faults in the calibration of one camera and in its list.
 void Troubleshooting::Stereo() {
   const auto yaml = [&](const std::string& x, const std::string& model = "pinhole",
                         const std::string& size = "64, 48",
@@ -229,7 +229,7 @@ void Troubleshooting::Stereo() {
   Highwall("info stereo_some");
 }
 
-// Readings at 200 Hz that meet the video.
+// Readings at 200 Hz that overlap the video in time.
 struct Reading {
   std::int64_t stamp;            // [ns]
   std::array<double, 6> values;  // [rad/s], [m/s^2]
@@ -334,14 +334,14 @@ void Troubleshooting::Fixes() {
   }
 }
 
-// A room that is walked through, for what only a run with poses can tell.
+// A walk through a room, for messages that only a run with poses can give.
 void Troubleshooting::Sensors() {
   simulate::SimulationOptions options;
   options.camera = simulate::Scaled(options.camera, 0.5);
   const auto write = [&](const std::string& name, double seconds) {
     options.fps = 12.0;
     options.duration = seconds;
-    options.sensor.noise_ratio = options.imu.noise_ratio = 1.0;  // as the system is told
+    options.sensor.noise_ratio = options.imu.noise_ratio = 1.0;  // as in the system's noise model
     simulate::WriteTum(simulate::SimulateRoom(options), folder_.path() / name);
   };
   const auto edit = [&](const fs::path& file, const std::regex& what, const std::string& by) {
@@ -352,7 +352,7 @@ void Troubleshooting::Sensors() {
   const std::regex factor("depth_factor: [0-9.]+");
   edit("long_depth/calibration.yaml", factor, "depth_factor: 4630");  // of 5000
   Slam("long_depth", "--no-map --deterministic");
-  // Where gravity pulls upwards, and nothing is where the GPS was.
+  // Gravity points upwards, and no GPS fix matches a frame.
   write("unused", 2.0);
   edit("unused/imu.csv", std::regex("-?([0-9.e-]+)\n"), "-$1\n");
   WriteText(folder_.path() / "unused" / "gps.csv", "0.1,1,2,3\n0.2,1,2,4\n");
@@ -420,7 +420,7 @@ void Troubleshooting::Runs() {
   Highwall("posegraph empty.g2o solved.g2o");
 }
 
-// That each reason is found in images is shown by the tests of the tracker and of SlamSystem.
+// The tests of the tracker and of SlamSystem check that each reason is detected in images.
 void Troubleshooting::Losses() {
   for (const LossReason reason :
        {LossReason::kDark, LossReason::kBlurred, LossReason::kPlain, LossReason::kNoDepth,
@@ -431,7 +431,7 @@ void Troubleshooting::Losses() {
   said_.push_back(LossAdvice({{"dropped", 1}}, 1));
 }
 
-// J x with these values of the residual and the Jacobian.
+// A cost J x with these values of the residual and the Jacobian.
 template <int kSize>
 class Bad final : public ceres::SizedCostFunction<1, kSize> {
  public:

@@ -1,4 +1,4 @@
-// What the program says to who does not know its commands.
+// Tests the program's answers to users who do not know its commands.
 #include <filesystem>
 #include <string>
 

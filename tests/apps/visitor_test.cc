@@ -12,7 +12,7 @@
 namespace highwall::simulate::visitor_test {
 namespace {
 
-constexpr double kHalfWidth = 0.21;  // [m] of the shoulders, the widest of a person
+constexpr double kHalfWidth = 0.21;  // [m] of the shoulders, a person's widest part
 
 SimulationOptions SmallOptions(double duration) {
   SimulationOptions options;
@@ -28,7 +28,7 @@ CameraPath PathOf(double duration, std::uint64_t seed) {
   return CameraPath(MakeRoomTrajectory(duration, seed, kLongestLapWithVisitor), 0.0);
 }
 
-// Points of all edges of the room's furniture up to the height of a person, 5 cm apart.
+// Returns points on all edges of the room's furniture up to a person's height, 5 cm apart.
 std::vector<Eigen::Vector3d> FurnitureEdges(const Scene& room) {
   std::vector<Eigen::Vector3d> points;
   for (const std::array<std::uint32_t, 3>& triangle : room.mesh.triangles) {
@@ -59,7 +59,7 @@ TEST(Visitor, WalksBetweenTheFurnitureAndTheCamera) {
       }
     }
     EXPECT_GT(to_furniture, kHalfWidth) << seed;
-    EXPECT_GT(to_camera, kHalfWidth + 0.4) << seed;  // the least depth of a Kinect
+    EXPECT_GT(to_camera, kHalfWidth + 0.4) << seed;  // the minimum depth of a Kinect
   }
 }
 
@@ -72,7 +72,7 @@ TEST(Visitor, WalksForwardAndIsInViewAGoodPartOfTheTime) {
       const Pose T_WB = VisitorAt(path, t);
       const Eigen::Vector3d step = T_WB.Inverse() * VisitorAt(path, t + 0.01).p();
       EXPECT_LT(std::abs(step.y()), 0.02 * 0.01) << t;  // [m/s] sideways
-      EXPECT_GT(step.x(), -0.2 * 0.01) << t;            // nearly stands where the camera passes by
+      EXPECT_GT(step.x(), -0.2 * 0.01) << t;            // nearly stops where the camera passes by
       EXPECT_LT(step.x(), 2.2 * 0.01) << t;
       const Eigen::Vector3d chest_C =
           path.T_WC(t).Inverse() * (T_WB * Eigen::Vector3d(0.0, 0.0, 1.2));

@@ -1,4 +1,4 @@
-// Each way to spoil a recording does what its name says.
+// Each way to degrade a recording has the effect that its name states.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -32,7 +32,7 @@ Stamp StampOf(std::size_t frame) {
   return 1'000'000'000 + static_cast<Stamp>(frame) * kInterval;
 }
 
-// Frame i of a camera at (i, 0, 0) has the colour and the depth that it is given.
+// Frame i of a camera at (i, 0, 0) has the given colour and depth.
 class Recording final : public Dataset {
  public:
   explicit Recording(std::size_t frames, cv::Mat bgr = {}, cv::Mat depth = {})
@@ -49,7 +49,7 @@ class Recording final : public Dataset {
   Trajectory truth_;
 
  private:
-  // Without an image of its own a frame is filled with its index, and its depth is that and 1 m.
+  // A frame without an image is filled with its index, and its depth is the index plus 1 m.
   RgbdImage DoLoad(std::size_t index) const override {
     const auto i = static_cast<double>(index);
     return {StampOf(index), bgr_.empty() ? cv::Mat(24, 32, CV_8UC3, cv::Scalar::all(i)) : bgr_,
@@ -80,7 +80,7 @@ RgbdImage Grey(double level, int width = 320, int height = 240) {
           cv::Mat(height, width, CV_32FC1, cv::Scalar(2.0))};
 }
 
-// A wall at 2 m and, on the right, one at 3 m; the first column is not measured.
+// A wall at 2 m and, on the right, one at 3 m; the first column has no measurement.
 RgbdImage Step() {
   RgbdImage image = Grey(100.0);
   image.depth.colRange(160, 320).setTo(3.0);
@@ -251,7 +251,7 @@ TEST(MotionBlur, SpreadsAPointAlongAWayOfItsLength) {
     EXPECT_LE(cv::norm(0.5 * cv::Point2d(from + to) - cv::Point2d(160, 120)), 1.0);
     const double angle = std::atan2(to.y - from.y, to.x - from.x) / std::numbers::pi;
     directions.insert(static_cast<int>(std::floor(4.0 * (angle - std::floor(angle)))));
-    // Light is kept: to the rounding of some fifty dark pixels.
+    // Total light is preserved, except for the rounding of some fifty dark pixels.
     EXPECT_NEAR(LightOf(blurred) / LightOf(image.bgr), 1.0, 0.03);
   }
   EXPECT_EQ(directions.size(), 4U) << "every quarter of the half circle";
@@ -343,7 +343,7 @@ TEST(DepthHoles, TakeTheirShareOfTheReadingsAndLeaveTheRest) {
   for (const double share : {0.1, 0.3, 0.6, 0.9}) {
     const RgbdImage holed = Spoil(image, DepthHoles(share), 7);
     const cv::Mat left = holed.depth > 0.0F;
-    // To what has the same score, bit by bit: rows of one distance to the edge in a plain field.
+    // The tolerance covers equal scores: in a plain image, rows with the same distance to the edge.
     EXPECT_NEAR(cv::countNonZero(left), (1.0 - share) * readings, 10) << share;
     cv::Mat difference;
     cv::absdiff(holed.depth, image.depth, difference);
@@ -357,7 +357,7 @@ TEST(DepthHoles, TakeTheirShareOfTheReadingsAndLeaveTheRest) {
 
 TEST(DepthHoles, OpenAlongEdgesFirst) {
   const cv::Mat holed = Spoil(Step(), DepthHoles(0.3)).depth;
-  // The step, and the border of the hole that was there.
+  // The depth step, and the border of the existing hole.
   EXPECT_EQ(cv::countNonZero(holed.colRange(159, 161)), 0);
   EXPECT_EQ(cv::countNonZero(holed.col(1)), 0);
   const auto taken = [&](int begin, int end) {
@@ -370,7 +370,7 @@ TEST(DepthHoles, OpenAlongEdgesFirst) {
 
 TEST(DepthHoles, AreBlobsThatLastForAWhile) {
   const cv::Mat holed = Spoil(Grey(100.0), DepthHoles(0.3), 0).depth == 0.0F;
-  cv::Mat inner;  // holes all of whose neighbours are holes: 0.3^8 of salt and pepper
+  cv::Mat inner;  // holes whose neighbours are all holes: 0.3^8 for salt and pepper
   cv::erode(holed, inner, {});
   EXPECT_GT(cv::countNonZero(inner), 0.7 * cv::countNonZero(holed));
   const auto shared = [&](std::size_t frame) {
@@ -412,7 +412,7 @@ TEST(DepthNoise, GrowsWithTheSquareOfTheDistance) {
 
 // --- All of them ---
 
-// Texture and a step, so that each change changes something.
+// Texture and a step, so that each degradation has an effect.
 Recording TexturedRecording(std::size_t frames) {
   cv::Mat bgr(240, 320, CV_8UC3);
   cv::RNG(7).fill(bgr, cv::RNG::UNIFORM, 0, 256);

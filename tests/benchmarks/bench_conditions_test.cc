@@ -1,4 +1,4 @@
-// Runs highwall_bench_conditions as a user does, on a few generated frames.
+// Runs highwall_bench_conditions in the same way as a user, on a few generated frames.
 #include <string>
 
 #include <gtest/gtest.h>
@@ -30,9 +30,9 @@ TEST(BenchConditions, JsonHoldsEverySeedAndTheMediansOfEachRun) {
       ASSERT_EQ(row["runs"].size(), 1U);
       EXPECT_EQ(row["runs"][0]["seed"], 1);
       EXPECT_EQ(row["median"]["lost_frames"], 0.0);
-      // 4 % of the depth, a third of a metre of the way.
+      // Depth is 4 % too long, over a path of a third of a metre.
       EXPECT_LT(row["median"]["ape_rmse_m"], 0.02);
-      EXPECT_FALSE(row["median"].contains("scale"));  // so short a time tells none
+      EXPECT_FALSE(row["median"].contains("scale"));  // unobservable in so short a time
     }
   }
   EXPECT_TRUE(report["moving"]["room, traffic"]["median"].contains("ape_change_percent"));

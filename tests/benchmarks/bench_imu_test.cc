@@ -1,5 +1,5 @@
-// Runs highwall_bench_imu as a user does: on generated motions, and on real ones where they are at
-// hand.
+// Runs highwall_bench_imu in the same way as a user: on generated motions, and on real ones where
+// they are available.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -33,14 +33,14 @@ std::ostream& operator<<(std::ostream& stream, const Eigen::Vector3d& v) {
 struct SequenceOptions {
   double duration = 6.0;  // [s]
   double tilt = 0.0;      // [rad] of the world, about x
-  // [rad] an axis, of errors of the true orientation that last for two seconds; velocity and
-  // position are true.
+  // [rad] per axis, errors of the true orientation that last for two seconds; velocity and position
+  // are exact.
   double orientation_error = 0.0;
   ImuBias bias = ImuBias::Zero();
   bool poses_only = false;  // groundtruth.txt
 };
 
-// An IMU without noise on a motion of many turns.
+// Writes the readings of a noise-free IMU on a motion with many rotations.
 void WriteSequence(const std::filesystem::path& folder, const SequenceOptions& options = {}) {
   constexpr double kStep = 0.005, kLasting = 2.0;  // [s]
   const SinusoidalMotion motion;
@@ -82,7 +82,7 @@ TEST(BenchImu, PredictsAGeneratedMotionExactly) {
   const json report = json::parse(outcome.out);
   EXPECT_EQ(report["windows"], 12);
   EXPECT_EQ(report["skipped"], 0);
-  // Fourth order at 200 Hz.
+  // The error is of fourth order at 200 Hz.
   EXPECT_LT(report["median_errors"]["position_m"], 1e-6);
   EXPECT_LT(report["median_errors"]["rotation_deg"], 1e-4);
   EXPECT_LT(report["normalised_by_imu"]["velocity"], 1e-4);
@@ -102,12 +102,12 @@ TEST(BenchImu, FindsAndCountsWhatGroundTruthIsOffItself) {
   const testing::TemporaryDirectory folder("imu");
   WriteSequence(folder.path(), {.duration = 200.0, .orientation_error = 0.005});
   const json report = json::parse(Bench(folder.path()).out);
-  // 12 windows of 16 s.
+  // The statistics are over 12 windows of 16 s.
   EXPECT_NEAR(report["truth_noise"]["orientation_deg"], 0.005 * 180.0 / M_PI, 0.1);
   EXPECT_GT(report["normalised_by_imu"]["rotation"], 50.0);
   EXPECT_GT(report["normalised_by_imu"]["velocity"], 5.0);
   for (const char* part : {"rotation", "velocity", "position"}) {
-    // The IMU is better than it says, so that less than 1 remains.
+    // The IMU is better than its stated noise, so that less than 1 remains.
     EXPECT_GT(report["normalised_by_both"][part], 0.4) << part;
     EXPECT_LT(report["normalised_by_both"][part], 1.4) << part;
   }
@@ -122,7 +122,7 @@ TEST(BenchImu, FindsBiasesAndVelocitiesWhereThereArePosesAlone) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json report = json::parse(outcome.out);
   EXPECT_LT(report["median_errors"]["rotation_deg"], 1e-3);
-  // The slope over 0.1 s of what bends.
+  // The velocity is the slope of a curved path over 0.1 s.
   EXPECT_LT(report["median_errors"]["velocity_m_s"], 0.02);
 }
 
@@ -138,7 +138,7 @@ TEST(BenchImu, ExplainsTheErrorsOnRealRecordings) {
       EXPECT_LT(report["normalised_by_both"][part], most) << folder << part;
     }
   };
-  // Hand-held; the densities of its data sheet.
+  // Hand-held, with the densities of its data sheet.
   expect_explained("real_imu/tum_vi_room1", " --noise 1.6e-4,2.8e-3,2.2e-5,8.6e-4", 1.5);
   // A drone: the densities of its IMU with the motors idling
   // (docs/factors/imu_noise_estimation.md).

@@ -1,4 +1,4 @@
-// Runs highwall_bench_inertial as a user does, on a few generated frames.
+// Runs highwall_bench_inertial in the same way as a user, on a few generated frames.
 #include <filesystem>
 #include <string>
 
@@ -35,10 +35,10 @@ TEST(BenchInertial, JsonHoldsEverySeedAndTheMediansOfEachPolicy) {
     EXPECT_EQ(entry["runs"][0]["seed"], 1);
     EXPECT_EQ(entry["median"]["coverage"], 1.0);
     EXPECT_EQ(entry["median"]["lost_frames"], 0.0);
-    EXPECT_LT(entry["median"]["ape_rmse_m"], 0.02);  // half a metre of the way
+    EXPECT_LT(entry["median"]["ape_rmse_m"], 0.02);  // over a path of half a metre
     EXPECT_EQ(entry["median"].contains("mean_weight"), policy == std::string("fixed:1"));
   }
-  // The sequence stays, and is used again.
+  // The sequence is kept and reused.
   const std::filesystem::path images = cache.path() / "room_seed1_1s_6fps" / "rgb";
   ASSERT_TRUE(std::filesystem::exists(images));
   const auto written = std::filesystem::last_write_time(images);

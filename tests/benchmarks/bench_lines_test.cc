@@ -1,4 +1,4 @@
-// Runs highwall_bench_lines as a user does, on a few windows.
+// Runs highwall_bench_lines in the same way as a user, on a few windows.
 #include <algorithm>
 #include <string>
 
@@ -29,7 +29,7 @@ TEST(BenchLines, WithoutNoiseEveryFormFindsTheTruth) {
   for (const json& row : rows) {
     SCOPED_TRACE(row.dump());
     EXPECT_EQ(row["converged"], 1.0);
-    // Keyframes start 30 mm and a degree off; the steps end at 1e-8 of the values.
+    // Keyframes start with errors of 30 mm and a degree; steps end at 1e-8 of the values.
     EXPECT_LT(row["position_mm"], 1e-4);
     EXPECT_LT(row["angle_deg"], 1e-5);
     EXPECT_LT(row["line_95_mm"], 1e-4);
@@ -44,7 +44,7 @@ TEST(BenchLines, OnlyFreeEndsMeetOnTheirLineUnderNoise) {
     SCOPED_TRACE(free["depth"]);
     EXPECT_EQ(orthonormal["form"], "orthonormal");
     EXPECT_GT(free["shrunk"], 0.9);
-    // Redundancy of 500 and more a window, two windows: 0.2 is 4 sigma.
+    // Redundancy of 500 or more per window, two windows: 0.2 is 4 sigma.
     EXPECT_NEAR(orthonormal["chi2_over_redundancy"], 1.0, 0.2);
     EXPECT_LT(free["chi2_over_redundancy"], 0.8);
     EXPECT_EQ(held["shrunk"], 0.0);

@@ -1,4 +1,4 @@
-// Runs highwall_bench_loops as a user does, on little.
+// Runs highwall_bench_loops in the same way as a user, on little data.
 #include <string>
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Runs highwall_bench_octomap as a user does, on a few generated depth images.
+// Runs highwall_bench_octomap in the same way as a user, on a few generated depth images.
 #include <algorithm>
 #include <string>
 
@@ -29,13 +29,13 @@ TEST(BenchOctomap, MeasuresEachModeOfStockInOneRunAndItsFastestIsNamed) {
     EXPECT_GT(stock, 0.0);
     EXPECT_NEAR(report["speedup" + mode].get<double>(), stock / ours, 1e-9 * stock / ours);
   }
-  // The same leaves as ours, whether or not the nodes above them wait; the default call casts other
-  // rays.
+  // The leaves equal ours, with lazy or immediate updates of inner nodes; the default call casts
+  // different rays.
   EXPECT_EQ(report["agreement_discretized"], 1.0);
   EXPECT_EQ(report["agreement_lazy"], 1.0);
   EXPECT_LT(report["agreement"], 1.0);
-  // No update of inner nodes scan by scan: less work, and a ray for a voxel is less than one for a
-  // point by far.
+  // Without updates of inner nodes after each scan there is less work, and a ray per voxel costs
+  // much less than a ray per point.
   EXPECT_LT(report["stock_discretized_scan_ms"], report["stock_scan_ms"]);
   EXPECT_EQ(report["stock_fastest_scan_ms"],
             std::min(report["stock_discretized_scan_ms"].get<double>(),

@@ -1,4 +1,4 @@
-// Runs highwall_bench_points as a user does, on a few generated images.
+// Runs highwall_bench_points in the same way as a user, on a few generated images.
 #include <string>
 
 #include <gtest/gtest.h>

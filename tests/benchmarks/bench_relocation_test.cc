@@ -1,4 +1,4 @@
-// Runs highwall_bench_relocation as a user does, on a few generated frames.
+// Runs highwall_bench_relocation in the same way as a user, on a few generated frames.
 #include <string>
 
 #include <gtest/gtest.h>
@@ -31,11 +31,11 @@ TEST(BenchRelocation, JsonHoldsEverySeedOfEachPart) {
     EXPECT_EQ(run["seed"], 2);
     EXPECT_LT(run["known_at_first"], 0.05);
     EXPECT_TRUE(run.contains("missed"));
-    // A known place is seen again only where there is one.
+    // A known place is recognized again only where it is revisited.
     EXPECT_EQ(run.contains("known_again_s"), part != std::string("twins"));
   }
   EXPECT_GT(report["kidnap"]["runs"][0]["ape_without_kidnap_mm"], 0.0);
-  // The ways of three seconds at five frames a second.
+  // The frames of three seconds at five frames a second.
   EXPECT_EQ(report["covered"]["runs"][0]["lost_covered_frames"], 15);
   EXPECT_EQ(report["kidnap"]["runs"][0]["lost_covered_frames"], 0);
 }

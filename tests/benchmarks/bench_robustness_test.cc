@@ -1,4 +1,4 @@
-// Runs highwall_bench_robustness as a user does, on a few generated frames.
+// Runs highwall_bench_robustness in the same way as a user, on a few generated frames.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -27,7 +27,7 @@ class BenchRobustness : public ::testing::Test {
     testing::WriteSmallRoom(folder_.path() / sequence, frames);
   }
   std::filesystem::path Folder(const std::string& sequence) const { return folder_ / sequence; }
-  // The figures go to Table(), unless told otherwise.
+  // Runs the benchmark; the figures go to Table() by default.
   Outcome Bench(const std::string& options, const std::string& file = "table.json") const {
     return testing::RunProgram(testing::kBenchRobustness, options + " --json " + file,
                                folder_.path());
@@ -38,7 +38,7 @@ class BenchRobustness : public ::testing::Test {
   testing::TemporaryDirectory folder_;
 };
 
-// The cells of the row that begins with `name`.
+// Returns the cells of the row that begins with `name`.
 std::vector<std::string> Cells(const std::string& table, const std::string& name) {
   std::istringstream lines(table);
   std::vector<std::string> cells;
@@ -63,7 +63,7 @@ std::string Printed(const char* format, double value) {
 TEST_F(BenchRobustness, EveryColumnIsWhatIsKnownOfTheSequence) {
   WriteSequence("room");
   WriteSequence("other", 5);
-  // An image that cannot be read makes no pose; nothing else is lost in so short a walk.
+  // An unreadable image yields no pose; no other pose is lost in so short a walk.
   std::vector<std::filesystem::path> images;
   for (const auto& file : std::filesystem::directory_iterator(Folder("room") / "rgb")) {
     images.push_back(file.path());
@@ -91,7 +91,7 @@ TEST_F(BenchRobustness, EveryColumnIsWhatIsKnownOfTheSequence) {
     EXPECT_EQ(median["without_pose"], lost);
     EXPECT_EQ(median["merges"], 0);
     EXPECT_EQ(median["loops"], 0);
-    // Depth has noise: no run is without error; some frames of a slow walk drift by no 2 cm.
+    // Depth is noisy: no run is free of error; frames of a slow walk drift by less than 2 cm.
     const double ape = median["ape_rmse_m"];
     EXPECT_GT(ape, 1e-6);
     EXPECT_LT(ape, 0.02);
@@ -116,13 +116,13 @@ TEST_F(BenchRobustness, EveryColumnIsWhatIsKnownOfTheSequence) {
   EXPECT_EQ(rows["untouched"]["median"]["maps"], 1);
   EXPECT_EQ(rows["untouched"]["median"]["elsewhere"], 0);
   EXPECT_EQ(rows["untouched"]["median"]["first_without_pose"], 7);
-  // There are but 12 frames: nothing is changed.
+  // There are only 12 frames: nothing is changed.
   EXPECT_EQ(rows["no depth from frame 50"]["median"], rows["untouched"]["median"]);
   EXPECT_NE(rows["depth holes 10 %"]["median"]["ape_rmse_m"],
             rows["untouched"]["median"]["ape_rmse_m"]);
 }
 
-// The first five frames of the same walk are no other place: the map is right to know them.
+// The first five frames of the same walk are not another place: the map recognizes them correctly.
 TEST_F(BenchRobustness, FramesElsewhereAreCountedApart) {
   WriteSequence("room");
   WriteSequence("other", 5);
@@ -152,7 +152,7 @@ TEST_F(BenchRobustness, SeveralRunsHaveSeveralSeedsAndOneSeedTheSameBytes) {
 
 TEST_F(BenchRobustness, WhereNothingIsTrackedThereIsNoError) {
   WriteSequence("room", 4);
-  // Nearer than a metre there is nothing.
+  // There are no surfaces nearer than a metre.
   const Outcome outcome = Bench("--dataset room --only 'depth to 1 m'");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json row = Table()["sequences"]["room"]["depth to 1 m"];

@@ -1,4 +1,4 @@
-// Runs highwall_bench_tum --paired as a user does, on a few generated frames.
+// Runs highwall_bench_tum --paired in the same way as a user, on a few generated frames.
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -25,7 +25,7 @@ class BenchTumPaired : public ::testing::Test {
     testing::WriteSmallRoom(folder_.path() / sequence, frames);
   }
   std::filesystem::path Folder(const std::string& sequence) const { return folder_ / sequence; }
-  // A switch for a calibration by which everything in the room is too near.
+  // Returns a switch for a calibration that makes everything in the room too near.
   std::string TooNear(const std::string& sequence) const {
     std::string text = testing::ReadText(Folder(sequence) / "calibration.yaml");
     text = std::regex_replace(text, std::regex("min: .*"), "min: 50");
@@ -95,7 +95,7 @@ TEST_F(BenchTumPaired, TheTableSaysHowTheSettingsDiffer) {
     }
     EXPECT_NEAR(sequence["ratio"]["log_mean"].get<double>(), log, 1e-12);
     logs += 0.5 * log;
-    // Times are another run's.
+    // Times are not compared, because they are from another run.
     const auto mm = [&](const char* setting) {
       return Printed("%.2f", 1e3 * sequence[setting]["ape_rmse_m"].get<double>());
     };
@@ -123,7 +123,7 @@ TEST_F(BenchTumPaired, AnotherBuildRunsTheSecondSettingFromTheSameBeginning) {
     const json &mine = here["pairs"][i], &other = there["sequences"]["room"]["pairs"][i];
     EXPECT_EQ(other["common_frames"], 8 - 3 * i);
     EXPECT_EQ(other["a"]["ape_rmse_m"], mine["a"]["ape_rmse_m"]);
-    // Its poses are read from a file, with nine decimals.
+    // Its poses are read from a file with nine decimals.
     EXPECT_NEAR(other["b"]["ape_rmse_m"].get<double>(), mine["b"]["ape_rmse_m"].get<double>(),
                 1e-8);
     EXPECT_GT(other["b"]["frame_ms"], 0.0);

@@ -1,4 +1,4 @@
-// Runs sweeps of highwall_bench_tum as a user does, on a few generated frames.
+// Runs sweeps of highwall_bench_tum in the same way as a user, on a few generated frames.
 #include <signal.h>
 
 #include <chrono>
@@ -53,7 +53,7 @@ class BenchTumSweep : public ::testing::Test {
   testing::TemporaryDirectory folder_;
 };
 
-// What does not depend on the time that things take.
+// Keeps the figures that do not depend on processing time.
 json WithoutTimes(json report) {
   json kept;
   const json flat = report["sequences"].flatten();
@@ -71,7 +71,7 @@ TEST_F(BenchTumSweep, AnInterruptedSweepGoesOnWhereItEnded) {
   const std::filesystem::path kept = File("kept/runs/room/both/1.json");
   json record = json::parse(ReadText(kept));
   EXPECT_EQ(record["figures"]["coverage"], 1.0);
-  record["figures"]["coverage"] = 0.125;  // a mark that no run makes
+  record["figures"]["coverage"] = 0.125;  // a value that no run gives
   WriteText(kept, record.dump());
   std::filesystem::remove(File("kept/runs/room/both/2.json"));
   const json runs = Report(sweep)["sequences"]["room"]["both"]["runs"];
@@ -115,7 +115,7 @@ TEST_F(BenchTumSweep, ARunOfOtherSwitchesIsNotTakenForThisOne) {
 }
 
 TEST_F(BenchTumSweep, ShardsOfGnuParallelInOneFolderAreTheWholeSweep) {
-  // That of moreutils takes other arguments.
+  // The parallel of moreutils takes other arguments.
   if (std::system("parallel --version 2> /dev/null | grep -q '^GNU parallel'") != 0) {
     GTEST_SKIP() << "GNU parallel is not installed";
   }

@@ -1,4 +1,4 @@
-// Runs highwall_bench_tum as a user does, on a few generated frames.
+// Runs highwall_bench_tum in the same way as a user, on a few generated frames.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -55,7 +55,7 @@ TEST_F(BenchTum, JsonHoldsEveryRunAndTheirMedians) {
     EXPECT_EQ(median["lost_frames"], 0.0);
     EXPECT_GT(median["tracking_ms"], 0.0);
     EXPECT_GT(median["orb_ms"], 0.0);
-    // All of a frame holds its tracking, and the first frame a keyframe as well.
+    // The time of a frame includes its tracking, and that of the first frame also a keyframe.
     EXPECT_GE(median["frame_ms"], median["tracking_ms"]);
     EXPECT_GT(median["frame_mean_ms"], median["tracking_ms"]);
   }
@@ -74,7 +74,7 @@ TEST_F(BenchTum, AFrameThatCannotBeReadIsNotCovered) {
   EXPECT_EQ(figures["lost_frames"], 0.0);
 }
 
-// One wrong figure of a run, all others being right, breaks one of these.
+// One wrong figure of a run, with all others right, violates one of these.
 TEST_F(BenchTum, FiguresOfARunAgreeWithEachOther) {
   constexpr int kFrames = 6;
   WriteSequence("room", kFrames);
@@ -84,7 +84,7 @@ TEST_F(BenchTum, FiguresOfARunAgreeWithEachOther) {
   ASSERT_EQ(entry["runs"].size(), 3U);
   for (const json& run : entry["runs"]) {
     const auto figure = [&](const char* name) { return run.at(name).get<double>(); };
-    // Depth has noise: no run is without error; six frames of a slow walk drift by no 2 cm.
+    // Depth is noisy: no run is free of error; six frames of a slow walk drift by less than 2 cm.
     for (const char* error : {"ape_rmse_m", "rpe_1_frame_rmse_m"}) {
       EXPECT_GT(figure(error), 1e-6) << error;
       EXPECT_LT(figure(error), 0.02) << error;
@@ -99,7 +99,7 @@ TEST_F(BenchTum, FiguresOfARunAgreeWithEachOther) {
     EXPECT_GE(figure("frame_p99_ms"), figure("tracking_p99_ms")) << "tracking is part of it";
     EXPECT_GT(figure("mapping_ms"), 0.0);
     EXPECT_EQ(figure("tracking_over_orb"), figure("tracking_ms") / figure("orb_ms"));
-    // Half of the frames take the median and more.
+    // Half of the frames take at least the median.
     const double half = 0.5 * kFrames * 1e-3;  // [s / ms]
     EXPECT_GT(figure("seconds"), half * (figure("tracking_ms") + figure("orb_ms")));
   }
@@ -111,7 +111,7 @@ TEST_F(BenchTum, FiguresOfARunAgreeWithEachOther) {
   }
 }
 
-// What stands in a row under the column of this name; both end at the same place.
+// Returns the cell of a row under the column of this name; both end at the same position.
 std::string Cell(const std::string& header, const std::string& row, const std::string& column) {
   const std::size_t at = (header + " ").find(" " + column + " ");
   if (at == std::string::npos) return "no column " + column;
@@ -151,7 +151,7 @@ TEST_F(BenchTum, TableHoldsTheFiguresOfEachSequence) {
     const auto cell = [&](const char* column) {
       return std::atof(Cell(header, row, column).c_str());
     };
-    // Times are another run's: what holds of them in any. In hundredths of a millisecond.
+    // Times are from another run: only relations that hold in any run. Hundredths of a millisecond.
     EXPECT_GT(cell("track ms"), 0.0);
     EXPECT_GE(cell("track 99"), cell("track ms"));
     EXPECT_GE(cell("frame 99"), cell("track 99"));

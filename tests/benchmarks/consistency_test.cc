@@ -1,4 +1,4 @@
-// The errors of an estimate by its covariance, as highwall_bench_inertial tells them.
+// Normalized errors of an estimate by its covariance, as highwall_bench_inertial reports them.
 #include "consistency.h"
 
 #include <cmath>
@@ -28,13 +28,13 @@ Pose SomePose(std::mt19937& rng) {
   return Pose::FromTangent(draw(), draw());
 }
 
-// Errors that are drawn from the covariance are 1 a degree of freedom, in every part, wherever the
-// world of the truth lies, and however it is tilted.
+// Errors drawn from the covariance have a mean of 1 per degree of freedom, in every part, for any
+// pose and tilt of the true world.
 TEST(Consistency, IsOneForErrorsDrawnFromTheCovariance) {
   std::mt19937 rng(4);
   std::normal_distribution<double> normal;
   constexpr int kDraws = 4000;
-  constexpr double kGravity = 0.01;  // [rad], ten times what turns are known to in that world
+  constexpr double kGravity = 0.01;  // [rad], ten times the uncertainty of rotations in that world
   NormalizedErrors mean;
   for (int i = 0; i < kDraws; ++i) {
     InertialEstimate estimate;
@@ -54,9 +54,9 @@ TEST(Consistency, IsOneForErrorsDrawnFromTheCovariance) {
     mean.pose += errors.pose / kDraws;
     mean.bias += errors.bias / kDraws;
   }
-  // Four standard deviations of the mean of chi-squared by its degrees of freedom.
+  // Four standard deviations of the mean of chi-squared per degree of freedom.
   const auto bound = [](int dof) { return 4.0 * std::sqrt(2.0 / dof / kDraws); };
-  EXPECT_NEAR(mean.tilt, 1.0, bound(2) + 0.2);  // and the square of what turns are known to
+  EXPECT_NEAR(mean.tilt, 1.0, bound(2) + 0.2);  // plus the squared uncertainty of rotations
   EXPECT_NEAR(mean.velocity, 1.0, bound(3));
   EXPECT_NEAR(mean.pose, 1.0, bound(6));
   EXPECT_NEAR(mean.bias, 1.0, bound(6));
@@ -72,7 +72,7 @@ TEST(Consistency, TellsTheMeanOfTheRunsAndWhatChanceAllows) {
   EXPECT_EQ(ConsistencyLine({run(1.0)}), "");
   EXPECT_EQ(ConsistencyLine({run(1.0), Scores{}}), "");
   const std::string line = ConsistencyLine({run(1.0), run(2.0), run(4.5), run(2.5), run(0.0)});
-  // Chi-squared of 10: 3.25 to 20.5.
+  // Interval of chi-squared with 10 degrees of freedom: 3.25 to 20.5.
   EXPECT_EQ(line.find("tilt 2.00 (0.32 to 2.05), velocity 1.00 ("), 0U) << line;
 }
 

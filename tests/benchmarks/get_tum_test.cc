@@ -1,4 +1,4 @@
-// Runs scripts/get_tum as a user does; the "server" is a folder.
+// Runs scripts/get_tum in the same way as a user; the "server" is a folder.
 #include <filesystem>
 #include <string>
 
@@ -18,7 +18,7 @@ using testing::WriteText;
 
 class GetTum : public ::testing::Test {
  protected:
-  // An archive of the folder on the "server".
+  // Writes an archive of the folder on the "server".
   void Pack(const std::string& folder, const std::string& archive) const {
     std::filesystem::create_directories(server_.path());
     const Outcome outcome = testing::RunProgram(

@@ -1,4 +1,4 @@
-// What two settings are judged by: pairs over common frames, and the statistics of their ratios.
+// Comparison of two settings: pairs over common frames, and the statistics of their ratios.
 #include "paired.h"
 
 #include <cmath>
@@ -25,7 +25,7 @@ TEST(PairedStatistics, BoundsOfStudentsTAreThoseOfTheTables) {
   EXPECT_THROW(StudentBound(0), InvalidArgument);
 }
 
-// Ratios 1, 2 and 4: the mean of the logarithms is ln 2, their deviation ln 2 as well.
+// Ratios 1, 2 and 4: the mean of the logarithms is ln 2, and so is their deviation.
 TEST(PairedStatistics, TheIntervalOfThreeKnownRatiosIsWhatIsWrittenInTextbooks) {
   const double ln2 = std::numbers::ln2;
   const MeanLog mean = MeanOf({0.0, ln2, 2.0 * ln2});
@@ -55,9 +55,9 @@ TEST(PairedStatistics, SequencesCountAlikeHoweverWellTheyAreKnown) {
   const MeanLog both = MeanOfMeans({first, second});
   EXPECT_NEAR(both.mean, 0.05, 1e-15);
   EXPECT_NEAR(both.variance, 0.0401 / 4.0, 1e-15);
-  // Next to all of the variance is that of the first, and so are the degrees of freedom.
+  // Nearly all of the variance is that of the first, and so are the degrees of freedom.
   EXPECT_NEAR(both.degrees_of_freedom, 4.02, 0.001);
-  // Two alike are twice as well known.
+  // Two equal variances have twice the degrees of freedom.
   EXPECT_NEAR(MeanOfMeans({first, first}).degrees_of_freedom, 8.0, 1e-12);
   EXPECT_NEAR(MeanOfMeans({first, first}).variance, 0.02, 1e-15);
 }
@@ -87,7 +87,7 @@ SettingRun RunOf(Trajectory trajectory) {
 }
 
 TEST(ComparePair, ErrorsAreThoseOfTheFramesThatBothHave) {
-  // A is wrong where B has nothing.
+  // A has its error where B has no pose.
   Trajectory a = Circle(0, 64, 0.01);
   a.back().pose = Pose();
   const Pair pair = ComparePair(Circle(0, 64), 5, 64, RunOf(a), RunOf(Circle(0, 62, 0.02)));

@@ -1,4 +1,4 @@
-// A cell of docs/results.md is what its command gives.
+// Checks that the command of docs/results.md gives a cell of its table.
 #include <cstdlib>
 #include <string>
 
@@ -33,7 +33,7 @@ TEST(Results, ACellIsWhatItsCommandGives) {
   const nlohmann::json report = nlohmann::json::parse(outcome.out)["sequences"];
   const double measured =
       1e3 * report["room_3s_15fps_scale0.5"]["lsd"]["median"]["ape_rmse_m"].get<double>();
-  // Another processor adds up in another order; the page has two decimals.
+  // Another processor sums in another order; the page has two decimals.
   EXPECT_NEAR(measured, shown, 0.05 * shown + 0.005) << "scripts/results --only small renews it";
 }
 

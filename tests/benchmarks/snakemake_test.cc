@@ -1,5 +1,5 @@
-// Runs benchmarks/sweep/Snakefile as a user does, on generated sequences: on this machine, and by a
-// Slurm of its own.
+// Runs benchmarks/sweep/Snakefile in the same way as a user, on generated sequences: on this
+// machine, and on a Slurm cluster of its own.
 #include <cstdlib>
 #include <filesystem>
 #include <regex>
@@ -20,7 +20,7 @@ using testing::Outcome;
 using testing::ReadText;
 using testing::WriteText;
 
-constexpr int kCannotRunHere = 77;  // of with_slurm
+constexpr int kCannotRunHere = 77;  // exit code of with_slurm
 
 class Snakemake : public ::testing::Test {
  protected:
@@ -52,7 +52,7 @@ class Snakemake : public ::testing::Test {
                                    "/Snakefile --configfile sweep.yaml " + options,
                                folder_.path());
   }
-  // The figures in the folder that do not depend on time.
+  // Returns the figures in the folder that do not depend on time.
   json Figures(const std::string& folder) const {
     json kept;
     const json flat =
@@ -63,7 +63,7 @@ class Snakemake : public ::testing::Test {
     }
     return kept;
   }
-  // What the benchmark comes to without Snakemake.
+  // Returns the result of the benchmark without Snakemake.
   json FiguresOfTheBenchmark() const {
     const Outcome outcome = testing::RunProgram(
         testing::kBenchTum,
@@ -85,7 +85,7 @@ TEST_F(Snakemake, TwoCoresGiveTheTableOfTheBenchmark) {
   EXPECT_TRUE(Contains(ReadText(folder_ / "out/table.md"), "| room_a | points | same | 2 / 1 |"));
   outcome = Run("", "--cores 2");
   EXPECT_TRUE(Contains(outcome.err, "Nothing to be done")) << outcome.err;
-  // As if it had been interrupted before the last run.
+  // The sweep looks as if it had been interrupted before the last run.
   std::filesystem::remove(folder_ / "out/runs/room_a/both/2.json");
   std::filesystem::remove_all(folder_ / "out/scores");
   std::filesystem::remove(folder_ / "out/figures.json");

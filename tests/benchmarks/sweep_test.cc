@@ -141,9 +141,9 @@ TEST(Reference, IsComparedOverTheFramesThatEveryRunOfBothHas) {
   EXPECT_EQ(result.common, 78U);
   EXPECT_EQ(result.own.runs, 2U);
   EXPECT_EQ(result.other.runs, 3U);
-  EXPECT_DOUBLE_EQ(result.own.coverage, 1.0);  // the upper of two
+  EXPECT_DOUBLE_EQ(result.own.coverage, 1.0);  // the larger of two
   EXPECT_DOUBLE_EQ(result.other.coverage, 0.9);
-  // Half of the wobble is half of the error, but for what the alignment takes of each.
+  // Half the wobble gives half the error, except for the part that the alignment removes of each.
   ASSERT_TRUE(result.ratio);
   EXPECT_NEAR(Ratio(*result.ratio), 0.5, 1e-3);
   EXPECT_NEAR(Ratio(*result.ratio), result.own.ape / result.other.ape, 1e-12);
@@ -175,7 +175,7 @@ TEST(Reference, RunsAreThoseOfTheSequenceAndNotOfALongerName) {
   EXPECT_THROW(ParseReference("ORB"), InvalidArgument);
 }
 
-// Welch: 0.1 +- and 0.3 +-, by hand. Variances of the means are 0.01 / 3 and 0.04 / 2.
+// Welch: 0.1 +- and 0.3 +-, by hand. The variances of the means are 0.01 / 3 and 0.04 / 2.
 TEST(Reference, TheDifferenceOfMeansHasWelchsDegreesOfFreedom) {
   const MeanLog a = MeanOf({0.0, 0.1, 0.2}), b = MeanOf({0.1, 0.5});
   const MeanLog difference = DifferenceOf(a, b);
@@ -204,7 +204,7 @@ TEST(Figures, WhatMovedByMoreThanItsShareIsNamedWithBothValues) {
   EXPECT_TRUE(FindMoved(expected, measured, tolerances).empty());
   measured["room"]["both"]["ape_rmse_m"] = 0.0089;
   measured["room"]["both"]["lost_frames"] = 1.0;
-  measured["room"]["lines"]["ape_rmse_m"] = 0.02;  // which the file does not know
+  measured["room"]["lines"]["ape_rmse_m"] = 0.02;  // which the file does not contain
   const std::vector<MovedFigure> moved = FindMoved(expected, measured, tolerances);
   ASSERT_EQ(moved.size(), 3U);
   EXPECT_EQ(moved[0].name, "room/both/ape_rmse_m");

@@ -29,8 +29,8 @@ namespace fs = std::filesystem;
 
 constexpr auto kLong = std::chrono::hours(25);
 
-// Whether `folder` was cleaned by a process that sees no other process of this machine, as one in a
-// container does.
+// Returns whether `folder` was cleaned up by a process that cannot see any other process of this
+// machine, as is the case in a container.
 bool CleanInAnotherPidNamespace(const fs::path& folder) {
   constexpr int kNotAllowed = 77;
   const pid_t child = ::fork();
@@ -38,7 +38,7 @@ bool CleanInAnotherPidNamespace(const fs::path& folder) {
     if (::unshare(CLONE_NEWPID) != 0 && ::unshare(CLONE_NEWUSER | CLONE_NEWPID) != 0) {
       ::_exit(kNotAllowed);
     }
-    const pid_t inside = ::fork();  // the first of the namespace
+    const pid_t inside = ::fork();  // the first process of the namespace
     if (inside == 0) {
       RemoveTemporariesOfDeadProcesses(folder);
       ::_exit(::getpid() == 1 ? 0 : 1);
@@ -127,14 +127,15 @@ TEST_F(AtomicFileTest, AFailedWriteThrowsAtCommitAndKeepsTheOldFile) {
   {
     AtomicFile file(folder_ / "a.txt");
     file.stream() << "partial";
-    file.stream().setstate(std::ios::badbit);  // as a full disk leaves it
+    file.stream().setstate(std::ios::badbit);  // the state after the disk is full
     EXPECT_THROW(file.Commit(), IoError);
   }
   EXPECT_EQ(testing::ReadText(folder_ / "a.txt"), "old");
   EXPECT_EQ(folder_.FileCount(), 1u);
 }
 
-// At once, in pieces that fit the buffer, character by character, or not before the end.
+// The data are written in one piece, in pieces that fit the buffer, character by character, or only
+// at the end.
 TEST_F(AtomicFileTest, AWriteThatTheSystemRefusesIsFoundAtCommitWithItsReasonAndTheFinalName) {
   const auto at_once = [](std::ostream& out) { out << std::string(1 << 20, 'x'); };
   const auto in_pieces = [](std::ostream& out) {
@@ -206,7 +207,8 @@ TEST_F(AtomicFileTest, WhatIsWrittenStaysForAProcessThatDoesNotSeeItsWriter) {
   EXPECT_EQ(testing::ReadText(folder_ / "map.hwmap"), "whole");
 }
 
-// Its file system may keep locks to each machine, so that only the time shows that it is dead.
+// The file system may keep locks local to each machine, so only the age of a file shows that its
+// writer is dead.
 TEST_F(AtomicFileTest, WhatAnotherMachineMadeIsRemovedWhereNobodyHasWrittenItForADay) {
   const fs::path fresh = folder_ / ".a.hw01234567-0123456789abcdef.txt";
   const fs::path old = folder_ / ".b.hw01234567-0123456789abcdef.txt";

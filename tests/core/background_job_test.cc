@@ -11,7 +11,7 @@
 namespace highwall::background_job_test {
 namespace {
 
-// Goes on until it is told to end.
+// Runs until it is cancelled.
 class Endless {
  public:
   explicit Endless(std::atomic<int>* ended)
@@ -20,7 +20,7 @@ class Endless {
           while (!stop.stop_requested()) std::this_thread::yield();
           ++*ended_;
         }) {
-    while (!began_) std::this_thread::yield();  // what has not begun is not done at all
+    while (!began_) std::this_thread::yield();  // a cancelled job that never began would never run
   }
 
   void Cancel() { task_.Cancel(); }
@@ -50,7 +50,7 @@ TEST(JobSlot, IsEmptyOnceItsJobIsCancelledAndTheJobEnds) {
   {
     JobSlot<Endless> slot;
     EXPECT_TRUE(slot.IsEmpty());
-    slot.Cancel();  // nothing
+    slot.Cancel();  // has no effect on an empty slot
     slot.Put(std::make_unique<Endless>(&ended));
     EXPECT_FALSE(slot.IsEmpty());
     slot.Cancel();
@@ -62,7 +62,7 @@ TEST(JobSlot, IsEmptyOnceItsJobIsCancelledAndTheJobEnds) {
   EXPECT_EQ(ended, 2);
 }
 
-// Ends when it is let go, whoever asks it to end.
+// Ends only when `let_go` is set, and ignores cancellation.
 class Stubborn {
  public:
   explicit Stubborn(const std::atomic<bool>* let_go)

@@ -85,7 +85,7 @@ TEST(PinholeCamera, ProjectionJacobianMatchesCentralDifferences) {
       const Eigen::Vector3d d = Eigen::Vector3d::Unit(k) * h;
       numeric.col(k) = (c.Project(p + d) - c.Project(p - d)) / (2.0 * h);
     }
-    // Pixels of 640 to rounding over 1e-6: 1e-7.
+    // Rounding of pixels of about 640 over a step of 1e-6 is 1e-7.
     EXPECT_LT((J - numeric).cwiseAbs().maxCoeff(), 1e-6);
   }
 }

@@ -13,9 +13,9 @@
 namespace highwall::error_explanation_test {
 namespace {
 
-constexpr double kNoise = 1e-3;  // [m] of an axis, white
+constexpr double kNoise = 1e-3;  // [m] white noise on each axis
 
-// A body that turns and moves along every axis.
+// A body that rotates and translates along every axis.
 Pose BodyAt(double t) {
   const Eigen::Vector3d p(std::sin(0.7 * t), 0.8 * std::sin(1.1 * t + 1.0),
                           0.5 * std::sin(1.7 * t + 2.0));
@@ -24,8 +24,8 @@ Pose BodyAt(double t) {
 }
 
 struct Errors {
-  double late = 0.0;   // [s] of the estimate's stamps
-  double scale = 1.0;  // of the estimate
+  double late = 0.0;   // [s] delay of the estimate's stamps
+  double scale = 1.0;  // scale of the estimate
   Eigen::Vector3d lever_arm = Eigen::Vector3d::Zero();
   Eigen::Vector3d hand_eye = Eigen::Vector3d::Zero();
   double noise = kNoise;
@@ -41,7 +41,7 @@ Trajectory Reference(const std::function<Pose(double)>& body = BodyAt) {
   return reference;
 }
 
-// At 30 Hz over a minute, in a world of its own.
+// Estimate at 30 Hz over a minute, in its own world frame.
 Trajectory Estimate(const Errors& errors, unsigned seed,
                     const std::function<Pose(double)>& body = BodyAt) {
   std::mt19937 rng(seed);
@@ -50,7 +50,7 @@ Trajectory Estimate(const Errors& errors, unsigned seed,
   Trajectory estimate;
   for (int i = 0; i < 30 * 60; ++i) {
     const double t = i / 30.0;
-    // The reference's point is the lever arm beside the estimate's.
+    // The reference point is offset from the estimated one by the lever arm.
     const Pose T = body(t);
     const Eigen::Quaterniond q = T.q() * so3::Exp(errors.hand_eye).conjugate();
     const Eigen::Vector3d noise(normal(rng), normal(rng), normal(rng));
@@ -65,7 +65,8 @@ ErrorExplanation Explain(const Errors& errors, unsigned seed = 1) {
   return ExplainError(reference, AbsolutePoseError(reference, Estimate(errors, seed)));
 }
 
-// What white noise leaves, all six of a rigid motion and the causes fitted: 0.1 % of 5400 rows.
+// Residual of the white noise after fitting the six parameters of the rigid motion and the causes,
+// which account for 0.1 % of 5400 rows.
 const double kLeft = kNoise * std::sqrt(3.0);
 
 TEST(ExplainError, NoiseAloneHasNoCause) {
@@ -75,7 +76,7 @@ TEST(ExplainError, NoiseAloneHasNoCause) {
   EXPECT_LT(std::abs(explanation.all->time_shift), 4.0 * explanation.all->time_shift_sigma);
   EXPECT_LT(std::abs(explanation.all->scale - 1.0), 4.0 * explanation.all->scale_sigma);
   EXPECT_GT(explanation.all->rmse, 0.99 * explanation.rmse);
-  // The mean of 31 images has a 31st of the noise's variance.
+  // The mean of 31 images has 1/31 of the noise variance.
   EXPECT_NEAR(explanation.slow, kLeft / std::sqrt(31.0), 0.1 * kLeft / std::sqrt(31.0));
   EXPECT_NEAR(explanation.fast, kLeft * std::sqrt(30.0 / 31.0), 0.03 * kLeft);
 }
@@ -116,7 +117,7 @@ TEST(ExplainError, FindsALeverArm) {
 TEST(ExplainError, FindsATurnBetweenTheBodies) {
   const Eigen::Vector3d turn(0.02, -0.03, 0.01);
   const ErrorExplanation explanation = Explain({.hand_eye = turn});
-  // What the alignment of positions with noise of a millimetre is off by.
+  // The tolerance is the error of aligning positions with a noise of one millimetre.
   EXPECT_LT((explanation.hand_eye - turn).norm(), 1e-3);
   EXPECT_NEAR(explanation.angle_rmse, turn.norm(), 1e-3);
   EXPECT_LT(explanation.angle_rmse_without, 1e-3);
@@ -144,8 +145,8 @@ TEST(ExplainError, TellsCausesApartThatCameTogether) {
   EXPECT_NEAR(std::sqrt(squares / count), all.rmse, 1e-12);
 }
 
-// The jackknife: over 200 seeds the squared error is what it says, and three sigmas hold nearly
-// all.
+// Jackknife: over 200 seeds the squared error matches the stated variance, and nearly all errors
+// lie within three sigmas.
 TEST(ExplainError, StandardDeviationsAreRightOverTwoHundredSeeds) {
   constexpr int kSeeds = 200;
   double shift = 0.0, scale = 0.0;
@@ -155,8 +156,8 @@ TEST(ExplainError, StandardDeviationsAreRightOverTwoHundredSeeds) {
     shift += std::pow((both.time_shift + 0.005) / both.time_shift_sigma, 2) / kSeeds;
     scale += std::pow((both.scale - 1.002) / both.scale_sigma, 2) / kSeeds;
   }
-  // 1 of 20 pieces: a t-distribution of 19 degrees of freedom has a variance of 19 / 17; four
-  // sigmas of a mean of 200 squares, sqrt(2 / 200) each.
+  // With 20 pieces the t-distribution has 19 degrees of freedom and a variance of 19 / 17. The
+  // tolerance is four sigmas of the mean of 200 squares, sqrt(2 / 200) each.
   EXPECT_NEAR(shift, 19.0 / 17.0, 0.45);
   EXPECT_NEAR(scale, 19.0 / 17.0, 0.45);
 }

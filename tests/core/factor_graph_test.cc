@@ -253,7 +253,7 @@ TEST(FactorGraph, RemovingAVariableTakesItsFactorsAndLeavesTheOthers) {
   EXPECT_EQ(graph.problem().NumParameterBlocks(), 2);
 }
 
-// The handle is one of the list that it is taken out of.
+// The handle passed is an element of the list from which it is removed.
 TEST(FactorGraph, RemovesAFactorByAHandleFromTheListOfItsVariable) {
   FactorGraph graph;
   const auto a = graph.AddVariable(Pose()), b = graph.AddVariable(Pose());
@@ -304,7 +304,7 @@ TEST(FactorGraph, FixedVariablesStayAndUnfixedOnesMove) {
   graph.Unfix(x);
   EXPECT_FALSE(graph.IsFixed(x));
   EXPECT_TRUE(graph.Solve().IsUsable());
-  EXPECT_NEAR(graph.Value(x), 1.0, 1e-6);  // Levenberg-Marquardt's damping at 1e-4
+  EXPECT_NEAR(graph.Value(x), 1.0, 1e-6);  // limited by the Levenberg-Marquardt damping of 1e-4
 }
 
 TEST(FactorGraph, AnEmptyGraphSolves) {
@@ -327,7 +327,7 @@ TEST(FactorGraph, ReportsTheIterationLimitAndAStop) {
   EXPECT_STREQ(ToString(summary.status), "stopped");
 }
 
-// x, but for what is not a number.
+// Has the residual x, but the residual or the Jacobian may be NaN.
 class HalfNaN final : public ceres::SizedCostFunction<1, 1> {
  public:
   HalfNaN(bool residual, bool jacobian) : residual_(residual), jacobian_(jacobian) {}
@@ -342,7 +342,7 @@ class HalfNaN final : public ceres::SizedCostFunction<1, 1> {
   bool residual_, jacobian_;
 };
 
-// What the calls print on standard error.
+// Returns the text that the calls print on standard error.
 template <class Calls>
 std::string PrintedBy(Calls calls) {
   ::testing::internal::CaptureStderr();
@@ -367,7 +367,7 @@ void ExpectThrowsNamed(Call call) {
 TEST(FactorGraph, NamesAFactorThatCannotBeEvaluatedAndPrintsNothing) {
   for (const bool residual : {true, false}) {
     for (const bool fixed : {true, false}) {
-      if (fixed && !residual) continue;  // its Jacobian is not asked for
+      if (fixed && !residual) continue;  // the Jacobian of a fixed variable is not requested
       FactorGraph graph;
       const auto pose = graph.AddVariable(Pose());
       const auto x = graph.AddVariable(1.0);
@@ -396,7 +396,7 @@ TEST(FactorGraph, NamesAFactorThatCannotBeEvaluatedAndPrintsNothing) {
   }
 }
 
-// sqrt(x) + 1: only where x > 0, and least at its end.
+// sqrt(x) + 1: defined only for x > 0, with the minimum at the border of the domain.
 class OnlyForPositive final : public ceres::SizedCostFunction<1, 1> {
  public:
   explicit OnlyForPositive(bool throws) : throws_(throws) {}
@@ -417,7 +417,7 @@ TEST(FactorGraph, AStepBeyondWhatAFactorAllowsPrintsNothingAndThrowsNothing) {
     const auto x = graph.AddVariable(4.0);
     graph.AddFactor(std::make_unique<OnlyForPositive>(throws), x);
     SolveSummary summary;
-    // Undamped steps from 4 lead to -8, again and again.
+    // Undamped steps from 4 lead to -8 repeatedly.
     EXPECT_EQ(PrintedBy([&] {
                 summary = graph.Solve({.threads = 2, .initial_trust_region_radius = 1e16});
               }),
@@ -443,7 +443,7 @@ TEST(FactorGraph, ASystemThatIsSingularPrintsNothing) {
   }
 }
 
-// Two coordinates that only their sum is known of.
+// Two coordinates of which only the sum is observed.
 class SumOfTwo final : public ceres::SizedCostFunction<1, 2> {
  public:
   explicit SumOfTwo(double scale) : scale_(scale) {}
@@ -464,7 +464,8 @@ TEST(FactorGraph, NamesTheVariableThatMakesASystemSingularAndPrintsNothing) {
     const auto x = graph.AddVariable(Eigen::Vector2d(3.0, 0.0));
     graph.AddFactor(std::make_unique<SumOfTwo>(1.0), x);
     SolveSummary summary;
-    // Damped by 1e-30 the system is singular, and so it is while five steps shrink the region.
+    // With a damping of 1e-30 the system is singular, and it stays so while five steps shrink the
+    // trust region.
     EXPECT_EQ(PrintedBy([&] {
                 summary =
                     graph.Solve({.initial_trust_region_radius = 1e30, .linear_solver = solver});
@@ -508,7 +509,7 @@ TEST(FactorGraph, RefusesHandlesOfAnotherGraph) {
   EXPECT_THROW(graph.AddFactor(MakeScalarPrior(0.0), y), InvalidArgument);
   EXPECT_THROW(graph.RemoveFactor(g), InvalidArgument);
   EXPECT_THROW(graph.SquaredError(g), InvalidArgument);
-  // A handle goes with its graph.
+  // A handle becomes invalid when its graph is destroyed.
   const FactorGraph moved = std::move(graph);
   EXPECT_EQ(moved.Value(x), 1.0);
   EXPECT_EQ(moved.SquaredError(f), 1.0);
@@ -561,7 +562,7 @@ TEST(FactorGraph, OfAFreeGaugeThereIsNoCovarianceAndOtherUnknownsDoNotMatter) {
   const Eigen::MatrixXd of_b = *graph.Covariance(b);
   EXPECT_EQ(of_b.rows(), 6);
   EXPECT_EQ(graph.Undetermined(), "");
-  const auto loose = graph.AddVariable(1.0);  // in no factor
+  const auto loose = graph.AddVariable(1.0);  // a variable without factors
   EXPECT_TRUE(graph.Covariance(b)->isApprox(of_b, 1e-12));
   EXPECT_FALSE(graph.Covariance(loose));
   const std::vector<VariableId> twice = {b, a, b};

@@ -12,7 +12,7 @@
 namespace highwall::information_loss_test {
 namespace {
 
-// r = w (x_i - x_j), through the square-root prior, which takes any linear row.
+// r = w (x_i - x_j), implemented by the square-root prior, which accepts any linear row.
 void Link(ceres::Problem* problem, double w, double* x_i, double* x_j) {
   const Eigen::RowVector2d row(w, -w);
   problem->AddResidualBlock(
@@ -27,7 +27,7 @@ void Anchor(ceres::Problem* problem, double w, double* x) {
 }
 
 TEST(InformationLoss, OfAChainComputedByHand) {
-  // x0 - x1, x0 - x1 - x2 in a chain with unit weights, nothing absolute, reference sigma s.
+  // Chain x0 - x1 - x2 with unit weights, without an absolute measurement, with reference sigma s.
   double x[3] = {0, 0, 0};
   ceres::Problem problem;
   Link(&problem, 1.0, &x[0], &x[1]);
@@ -36,15 +36,16 @@ TEST(InformationLoss, OfAChainComputedByHand) {
   const double s = 3.0;
   const std::vector<double> loss = InformationLoss(problem, candidates, {.reference_sigma = s});
   ASSERT_EQ(loss.size(), 3u);
-  // Without an end, nothing is lost: it says nothing of the others. The middle one ties the ends
-  // together with information 1/2: det(I + s^2 [[.5, -.5], [-.5, .5]]) = 1 + s^2.
+  // Removing an end state loses nothing, because it gives no information on the others. The middle
+  // state links the ends with information 1/2: det(I + s^2 [[.5, -.5], [-.5, .5]]) = 1 + s^2.
   EXPECT_NEAR(loss[0], 0.0, 1e-12);
   EXPECT_NEAR(loss[1], 0.5 * std::log(1.0 + s * s), 1e-12);
   EXPECT_NEAR(loss[2], 0.0, 1e-12);
 }
 
 TEST(InformationLoss, CountsWhatLandmarksTellOfTheOthers) {
-  // Two states see one landmark, a third sees it as well: it adds something to what ties them.
+  // Three states observe one landmark, so each may add information to the constraint between the
+  // others.
   double x[3] = {0, 0, 0}, landmark = 0.0;
   ceres::Problem problem;
   for (double& state : x) Link(&problem, 2.0, &state, &landmark);
@@ -52,7 +53,7 @@ TEST(InformationLoss, CountsWhatLandmarksTellOfTheOthers) {
   const std::vector<std::vector<double*>> candidates = {{&x[0]}, {&x[1]}, {&x[2]}};
   const double s = 2.0;
   const std::vector<double> loss = InformationLoss(problem, candidates, {.reference_sigma = s});
-  // Dense arithmetic: information of x1, x2 with and without the rows of x0.
+  // Dense computation: information of x1 and x2 with and without the rows of x0.
   const auto marginal = [](double of_landmark) {
     const Eigen::Vector2d w(4.0, 4.0);
     return Eigen::Matrix2d(Eigen::Matrix2d(w.asDiagonal()) - w * w.transpose() / of_landmark);
@@ -60,9 +61,9 @@ TEST(InformationLoss, CountsWhatLandmarksTellOfTheOthers) {
   const auto half_log_det = [s](const Eigen::Matrix2d& information) {
     return 0.5 * std::log((Eigen::Matrix2d::Identity() + s * s * information).determinant());
   };
-  // x0 with its own row is unknown beside: marginalized, it takes the row with it.
+  // x0 has only this one row and is otherwise unknown: marginalizing it consumes the row.
   EXPECT_NEAR(loss[0], half_log_det(marginal(9.0)) - half_log_det(marginal(9.0)), 1e-12);
-  // With something known of x0, its row tells of the landmark.
+  // Once x0 has a prior, its row carries information on the landmark.
   Anchor(&problem, 3.0, &x[0]);
   const double through_x0 = 1.0 / (1.0 / 4.0 + 1.0 / 9.0);
   const std::vector<double> anchored = InformationLoss(problem, candidates, {.reference_sigma = s});
@@ -90,7 +91,7 @@ TEST(InformationLoss, TakesTheBlocksOfACandidateTogetherAndFixedOnesAsKnown) {
   EXPECT_NEAR(InformationLoss(problem, candidates, {.reference_sigma = s})[0],
               half_log_det(with) - half_log_det(without), 1e-12);
   problem.SetParameterBlockConstant(&x[0]);
-  with(0, 0) = 1.0 / 1.0 * 0.5 + 1.0;  // x1 is known with variance 1, x2 from it with 2
+  with(0, 0) = 1.0 / 1.0 * 0.5 + 1.0;  // x1 is known with variance 1, x2 through it with variance 2
   EXPECT_NEAR(InformationLoss(problem, candidates, {.reference_sigma = s})[0],
               half_log_det(with) - half_log_det(without), 1e-12);
 }

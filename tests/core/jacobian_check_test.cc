@@ -23,7 +23,7 @@ using testing::JacobianCheckResult;
 using Matrix37 = Eigen::Matrix<double, 3, 7, Eigen::RowMajor>;
 using Matrix33 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-// r = R(q) x + p with correct Jacobians; `tamper` then spoils what was written.
+// r = R(q) x + p with correct Jacobians. `tamper` then corrupts the output.
 class Transform final : public ceres::SizedCostFunction<3, 7, 3> {
  public:
   using Tamper = std::function<void(double const* const*, double*, double**)>;
@@ -94,7 +94,7 @@ TEST(JacobianCheck, CatchesAnUnwrittenEntry) {
   const JacobianCheckResult result =
       Check(Transform([](double const* const*, double*, double** jacobians) {
         if (jacobians && jacobians[1]) {
-          jacobians[1][2] = std::numeric_limits<double>::quiet_NaN();  // as it came
+          jacobians[1][2] = std::numeric_limits<double>::quiet_NaN();  // its initial value
         }
       }));
   EXPECT_FALSE(result);

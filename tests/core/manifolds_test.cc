@@ -15,7 +15,7 @@
 namespace highwall::manifolds_test {
 namespace {
 
-constexpr double kTolerance = 1e-9;  // of differences of 1e-16 over steps down to 1e-5
+constexpr double kTolerance = 1e-9;  // for differences of 1e-16 over steps down to 1e-5
 
 Eigen::VectorXd Step(RandomStates* random, int size, double length) {
   Eigen::VectorXd d(size);
@@ -25,7 +25,7 @@ Eigen::VectorXd Step(RandomStates* random, int size, double length) {
 
 void ExpectInvariants(const ceres::Manifold& manifold, const Eigen::VectorXd& x,
                       const Eigen::VectorXd& delta) {
-  using namespace ceres;  // the macro names its matchers without qualification
+  using namespace ceres;  // the macro uses names of matchers without qualification
   Eigen::VectorXd y(manifold.AmbientSize());
   ASSERT_TRUE(manifold.Plus(x.data(), delta.data(), y.data()));
   EXPECT_THAT_MANIFOLD_INVARIANTS_HOLD(manifold, x, delta, y, kTolerance);
@@ -112,7 +112,7 @@ TEST(LineManifold, LiftedJacobiansComeBackThroughPlusJacobian) {
 }
 
 TEST(LineManifold, TheFourthCoordinateMovesTheLineAwayFromTheOrigin) {
-  // w = (|n|, |d|) normalised = (sin a, cos a) for a line at distance tan a: dphi turns it.
+  // w = (|n|, |d|) normalised = (sin a, cos a) for a line at distance tan a: dphi rotates it.
   const OrthonormalLine line(PluckerLine::FromPoints({1, 0, 0}, {1, 0, 1}));
   const double d[4] = {0, 0, 0, 0.1};
   OrthonormalLine moved;

@@ -28,7 +28,7 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// A point seen in its direction only.
+// An observation of the bearing of a point only.
 struct Bearing {
   Eigen::Vector2d z;
   template <class S>
@@ -88,8 +88,9 @@ struct Information {
   Eigen::VectorXd g;
 };
 
-// Gauss-Newton matrix and gradient of the residuals that touch `touching`, over [removed, kept], as
-// Ceres itself linearizes (other blocks are known); then the Schur complement on `kept`.
+// Computes the Gauss-Newton matrix and gradient of the residuals that touch `touching`, over
+// [removed, kept], as Ceres itself linearizes them (other blocks count as known), then the Schur
+// complement on `kept`.
 Information SchurComplement(ceres::Problem& problem, const std::vector<double*>& touching,
                             const std::vector<double*>& removed, const std::vector<double*>& kept) {
   ceres::Problem::EvaluateOptions options;
@@ -118,7 +119,7 @@ Information SchurComplement(ceres::Problem& problem, const std::vector<double*>&
   const Eigen::MatrixXd H = J.transpose() * J;
   const Eigen::VectorXd g = J.transpose() * Eigen::Map<Eigen::VectorXd>(r.data(), J.rows());
   const Eigen::Index n = H.rows() - m;
-  // The pseudo-inverse serves rank-deficient problems too.
+  // The pseudo-inverse also covers rank-deficient problems.
   const Eigen::MatrixXd H_mm_inverse =
       H.topLeftCorner(m, m).completeOrthogonalDecomposition().pseudoInverse();
   const Eigen::MatrixXd K = H.bottomLeftCorner(n, m) * H_mm_inverse;
@@ -130,7 +131,7 @@ Information SchurComplement(ceres::Problem& problem, const std::vector<double*>&
   return SchurComplement(problem, removed, removed, kept);
 }
 
-// The same of a prior; it must list the blocks in the order `kept`.
+// The same information from a prior, which must list the blocks in the order `kept`.
 void ExpectEqual(const Marginal& marginal, const std::vector<double*>& kept,
                  const Information& expected, double tolerance) {
   ASSERT_NE(marginal.prior, nullptr);
@@ -151,7 +152,8 @@ void ExpectEqual(const Marginal& marginal, const std::vector<double*>& kept,
             tolerance * (scale + expected.g.cwiseAbs().maxCoeff()));
 }
 
-// Largest over smallest of the singular values of A with unit columns that are not zero.
+// Ratio of the largest to the smallest nonzero singular value of A with its columns scaled to unit
+// length.
 double ConditionBySvd(const MarginalPrior& prior) {
   const Eigen::MatrixXd A = prior.A() * prior.A().colwise().norm().cwiseInverse().asDiagonal();
   const Eigen::VectorXd singular = Eigen::JacobiSVD<Eigen::MatrixXd>(A).singularValues();
@@ -187,7 +189,7 @@ TEST(Marginalization, AppliesRobustLossesAsCeresDoes) {
   Scene scene(21);
   ceres::HuberLoss huber(0.05);
   ceres::CauchyLoss cauchy(0.03);
-  ceres::TukeyLoss tukey(0.1);  // some residuals lie beyond it: weight 0
+  ceres::TukeyLoss tukey(0.1);  // some residuals exceed it and get weight 0
   ceres::LossFunction* losses[] = {&huber, &cauchy, &tukey, nullptr};
   ceres::Problem::Options options;
   options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -216,7 +218,7 @@ TEST(Marginalization, WithoutAGaugeKeepsTheNullSpaceAndStaysSemidefinite) {
   const Marginal marginal = Marginalize(scene.problem, removed);
   EXPECT_EQ(marginal.report.rank, 12);
   EXPECT_EQ(marginal.report.null_space, 6);   // a common translation and rotation
-  EXPECT_LT(marginal.report.condition, 1e6);  // of what is left of it
+  EXPECT_LT(marginal.report.condition, 1e6);  // of the observable part
   EXPECT_NEAR(marginal.report.condition / ConditionBySvd(*marginal.prior), 1.0, 1e-9);
   ExpectEqual(marginal, kept, SchurComplement(scene.problem, removed, kept), 1e-9);
 
@@ -229,7 +231,8 @@ TEST(Marginalization, WithoutAGaugeKeepsTheNullSpaceAndStaysSemidefinite) {
 }
 
 TEST(Marginalization, ADirectionThatNothingObservesTakesNoInformationAway) {
-  // One bearing does not give the depth of a point; the pose still must not be harmed.
+  // One bearing does not give the depth of a point, and the information on the pose must not
+  // suffer.
   Scene scene(4, 2, 1);
   scene.Anchor(0);
   scene.Link(0, 1);
@@ -245,7 +248,7 @@ TEST(Marginalization, ADirectionThatNothingObservesTakesNoInformationAway) {
   Marginal marginal = Marginalize(scene.problem, std::vector<double*>{point});
   EXPECT_EQ(marginal.report.removed_rank, 2);
   EXPECT_EQ(marginal.report.removed_dimensions, 3);
-  EXPECT_EQ(marginal.prior, nullptr);  // two rows, both spent on the point
+  EXPECT_EQ(marginal.prior, nullptr);  // both rows are consumed by the point
   bearing(1);
   marginal = Marginalize(scene.problem, std::vector<double*>{point});
   EXPECT_EQ(marginal.report.removed_rank, 3);
@@ -283,7 +286,7 @@ TEST(Marginalization, FixedBlocksAreKnown) {
   scene.SeeEverything();
   scene.problem.SetParameterBlockConstant(scene.pose(1));
   scene.problem.SetParameterBlockConstant(scene.point(3));
-  scene.problem.SetParameterBlockConstant(scene.pose(0));  // goes itself
+  scene.problem.SetParameterBlockConstant(scene.pose(0));  // it is marginalized itself
   std::vector<double*> removed = {scene.pose(0)};
   for (std::size_t j = 0; j < 6; ++j) removed.push_back(scene.point(j));
   const Marginal marginal = Marginalize(scene.problem, removed);
@@ -310,7 +313,7 @@ TEST(Marginalization, BlocksWithoutResidualsLeaveNothingBehind) {
 }
 
 TEST(Marginalization, NeverFormsAMatrixOverAllLandmarks) {
-  // 20,000 points: 60,000 dimensions, 29 GB as one matrix. Also without fast removal.
+  // 20,000 points: 60,000 dimensions, 29 GB as one matrix. Also tested without fast removal.
   Scene scene(8, 5, 20000);
   std::vector<double*> removed;
   for (std::size_t j = 0; j < scene.points.size(); ++j) {
@@ -363,8 +366,8 @@ TEST(Marginalization, RefusesWhatIsNotThere) {
   EXPECT_THROW(Marginalize(scene.problem, std::vector<double*>{scene.pose(0)}), InvalidArgument);
 }
 
-// Calibration c and states x_i on a line, r = x_i + c - z: with first estimates the states keep
-// their point, the calibration does not.
+// Calibration c and states x_i on a line, r = x_i + c - z: with first-estimate Jacobians the states
+// keep their linearization point, but the calibration does not.
 struct Offset {
   double z;
   template <class S>
@@ -387,10 +390,10 @@ TEST(Marginalization, FirstEstimatesHoldForStatesUnderAPriorButNotForCalibration
       &x[0], &c);
   add(0);
   add(1);
-  // Linearization points of the new prior's blocks.
+  // Returns the linearization points of the new prior's blocks.
   const auto points = [&](const MarginalizationOptions& options) {
     const Marginal marginal = Marginalize(problem, std::vector<double*>{&x[1]}, options);
-    EXPECT_EQ(marginal.prior, nullptr);  // one row, spent on x[1]
+    EXPECT_EQ(marginal.prior, nullptr);  // its only row is consumed by x[1]
     const Marginal whole = Summarize(problem, std::vector<double*>{&x[0], &c}, options);
     std::vector<double> result;
     for (const auto& block : whole.prior->blocks()) result.push_back(block.linearization_point[0]);
@@ -400,8 +403,8 @@ TEST(Marginalization, FirstEstimatesHoldForStatesUnderAPriorButNotForCalibration
   EXPECT_EQ(points({.first_estimate_jacobians = true}), (std::vector<double>{1.2, 1.4}));
   EXPECT_EQ(points({.first_estimate_jacobians = true, .relinearized = {&c}}),
             (std::vector<double>{1.2, 1.5}));
-  // Eq. 9 by hand: rows of the prior at rest, and r = x c - 1 = 0.5 with the Jacobian [c, x] of
-  // (1.2, 1.4): its value at the present estimate is kept, to first order.
+  // Eq. 9 computed by hand: the rows of the prior at rest and r = x c - 1 = 0.5 with the Jacobian
+  // [c, x] at (1.2, 1.4). The residual at the present estimate is preserved to first order.
   const Marginal whole =
       Summarize(problem, std::vector<double*>{&x[0], &c}, {.first_estimate_jacobians = true});
   Eigen::Matrix<double, 3, 2> J;

@@ -24,7 +24,7 @@ using testing::ReadText;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// All that core writes, in one text.
+// Everything that core writes, as one text.
 std::string Written() {
   const testing::TemporaryDirectory folder("written");
   const Eigen::Vector3d theta(0.1, -0.2, 0.3);

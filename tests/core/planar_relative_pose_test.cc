@@ -28,7 +28,7 @@ Eigen::Vector3d Residual(const PlanarRelativePose& factor, const Eigen::Vector3d
 }
 
 TEST(PlanarRelativePose, OfAQuarterTurnComputedByHand) {
-  // j lies at (1, 2) of i; in the measured frame, at (1, 0) and turned left, that is 2 ahead.
+  // j lies at (1, 2) in i. The measured frame is at (1, 0) and rotated left, so j is 2 ahead in it.
   const PlanarRelativePose factor({1, 0, 0.5 * M_PI}, Eigen::Vector3d(1, 2, 3).asDiagonal());
   const Eigen::Vector3d r = Residual(factor, {0, 0, 0}, {1, 2, 0.5 * M_PI + 0.1});
   EXPECT_TRUE(r.isApprox(Eigen::Vector3d(2, 0, 0.3), 1e-14)) << r.transpose();

@@ -8,12 +8,12 @@
 #include <highwall/core/prior.h>
 #include <highwall/core/solver.h>
 
-// Linear factors on points of a plane.
+// Linear factors on points in the plane.
 namespace highwall {
 
 using Vector2 = Eigen::Vector2d;
 
-// x_j - x_i = z: odometry of plane points, or a landmark seen from one. Linear.
+// x_j - x_i = z: odometry between plane points, or a landmark observed from one of them. Linear.
 struct Step {
   Vector2 z;
   double weight;

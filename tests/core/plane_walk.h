@@ -10,7 +10,7 @@
 
 namespace highwall {
 
-// A walk on the plane past landmarks, every quantity drawn once; feeds smoothers of any lag.
+// A planar walk past landmarks in which every quantity is drawn once. Feeds smoothers of any lag.
 struct Walk {
   explicit Walk(SlidingWindowSmoother* s) : smoother(s), random(5) {}
   void Advance() {
@@ -23,7 +23,7 @@ struct Walk {
       smoother->AddFactor(MakeStep(z, 1.5), states[states.size() - 2], states.back());
     }
     if (k % 2 == 0) landmarks.push_back(AddLandmark(Vector2(0, 0)));
-    // Each landmark is seen from the four states after it was met.
+    // Each landmark is observed from the first four states from its creation on.
     for (std::size_t j = landmarks.size() - std::min<std::size_t>(2, landmarks.size());
          j < landmarks.size(); ++j) {
       const Vector2 seen(random.Uniform(-1, 1), random.Uniform(-1, 1));

@@ -8,7 +8,7 @@
 
 namespace highwall {
 
-// A point seen in three dimensions, as a user's AutoDiff cost on a Pose and a point:
+// A three-dimensional point observation as a user-defined AutoDiff cost on a Pose and a point:
 // r = w (R(q)^T (x - p) - z).
 struct PointObservation {
   Eigen::Vector3d z;

@@ -1,4 +1,4 @@
-// Pose graphs with priors on poses, and with measurements that lack a part.
+// Pose graphs with priors on poses and with partial measurements.
 #include <highwall/core/pose_graph.h>
 
 #include <array>
@@ -25,7 +25,7 @@ PoseInformation Information(double position, double rotation) {
   return PoseInformation(diagonal.asDiagonal());
 }
 
-// A walk that turns in space, its edges without an error, and a loop from its end to its begin.
+// A walk with rotations in space, with exact edges and a loop closure from its end to its start.
 PoseGraph Walk(int poses) {
   PoseGraph graph;
   for (int i = 0; i < poses; ++i) {
@@ -54,7 +54,7 @@ void AddPrior(std::int64_t id, const Pose& Z, const PoseInformation& information
 }
 
 PoseGraph Solved(PoseGraph graph, PoseGraphInitialization initialization) {
-  // In a file and back, as it comes from another program.
+  // The graph is written to a file and read back, as if it came from another program.
   const testing::TemporaryDirectory folder;
   WriteG2o(folder / "graph.g2o", graph);
   graph = ReadG2o(folder / "graph.g2o");
@@ -99,7 +99,7 @@ TEST(PoseGraphPriors, AnEdgeWithoutRotationLeavesThatToTheOthers) {
   for (const bool position : {true, false}) {
     PoseGraph graph = Walk(10);
     const PoseGraph truth = graph;
-    // What is not measured stands in the file all the same, and is wrong.
+    // The components that are not measured are still written to the file, with wrong values.
     graph.edges[4].information = position ? Information(100.0, 0.0) : Information(0.0, 400.0);
     const Pose& Z = graph.edges[4].Z;
     graph.edges[4].Z = position ? Pose(so3::Exp({1.0, 0.5, 0.0}), Z.p())

@@ -24,7 +24,7 @@ using Initialization = PoseGraphInitialization;
 constexpr Initialization kAllComposed[] = {Initialization::kOdometry, Initialization::kTree,
                                            Initialization::kChordal};
 
-// Largest difference of positions [m] or rotations [rad].
+// Returns the largest difference of positions [m] or rotations [rad].
 double Distance(const PoseGraph& a, const PoseGraph& b) {
   double largest = 0.0;
   for (std::size_t n = 0; n < a.nodes.size(); ++n) {
@@ -66,7 +66,8 @@ TEST(PoseGraph, Chi2InSpaceIsThatOfTheLogarithmComputedByHand) {
 }
 
 TEST(PoseGraph, Chi2InThePlaneIsThatOfTheDifferenceComputedByHand) {
-  // Z = (1, 0, quarter turn): in its frame j, at (1, 2) in i, lies 2 along x, and turned 5 too far.
+  // Z = (1, 0, quarter turn): in the frame of Z, j at (1, 2) in i lies 2 along x, with 5 too much
+  // rotation.
   PoseGraph graph;
   graph.space = PoseGraphSpace::kSe2;
   const auto turn = [](double angle) {
@@ -106,7 +107,7 @@ TEST(PoseGraph, ChordalInitializationIsCloseToTheOptimum) {
 }
 
 TEST(PoseGraph, OdometryIsFollowedBeforeLoopsAndTheTreeHasFewestEdges) {
-  // 0-1-2-3 along x; the loop 0-3 disagrees.
+  // A chain 0-1-2-3 along x with an inconsistent loop 0-3.
   PoseGraph graph = MakeField(1, 0.0, 1);
   graph.nodes.resize(4);
   graph.edges.resize(3);
@@ -118,7 +119,7 @@ TEST(PoseGraph, OdometryIsFollowedBeforeLoopsAndTheTreeHasFewestEdges) {
   EXPECT_NEAR(graph.nodes[3].pose.p().x(), 3.0, 1e-12);
   InitializePoseGraph(&graph, Initialization::kTree);
   EXPECT_NEAR(graph.nodes[3].pose.p().x(), 9.0, 1e-12);
-  graph.edges.erase(graph.edges.begin() + 2);  // odometry 2-3: only the loop leads to 3
+  graph.edges.erase(graph.edges.begin() + 2);  // without odometry 2-3 only the loop reaches 3
   InitializePoseGraph(&graph, Initialization::kOdometry);
   EXPECT_NEAR(graph.nodes[3].pose.p().x(), 9.0, 1e-12);
 }
@@ -169,7 +170,7 @@ TEST(PoseGraph, FixedNodesKeepTheirPosesInEveryStep) {
     for (const std::size_t n : {30u, 100u}) {
       EXPECT_EQ((graph.nodes[n].pose.p() - before.nodes[n].pose.p()).norm(), 0.0);
     }
-    // Nobody asked for the first one to stay.
+    // The first node is not fixed.
     EXPECT_GT((graph.nodes[0].pose.p() - before.nodes[0].pose.p()).norm(), 1e-4);
     EXPECT_LT(Distance(graph, before), 1.0);
   }
@@ -182,7 +183,7 @@ TEST(PoseGraph, PiecesAreSolvedEachByItselfWithAWarning) {
   for (PoseGraphEdge& edge : other.edges) edge.i += 1000, edge.j += 1000;
   PoseGraph both = whole;
   both.nodes.insert(both.nodes.end(), other.nodes.begin(), other.nodes.end());
-  both.nodes.push_back({5000, Pose()});  // tied to nothing
+  both.nodes.push_back({5000, Pose()});  // has no edges
   both.edges.insert(both.edges.end(), other.edges.begin(), other.edges.end());
   for (const RobustLoops robust : {RobustLoops::kNone, RobustLoops::kGnc}) {
     PoseGraph graph = both;
@@ -231,7 +232,7 @@ TEST(PoseGraph, WithoutARobustMethodFalseLoopsBendTheGraph) {
 }
 
 TEST(PoseGraph, ASingleTrueLoopAfterLongDriftIsKept) {
-  // Nothing beside it confirms the loop; the uncertainty of the way round makes it plausible.
+  // No other constraint confirms the loop, but the uncertainty of the odometry makes it plausible.
   for (const RobustLoops robust :
        {RobustLoops::kGnc, RobustLoops::kDcs, RobustLoops::kSwitchable}) {
     PoseGraph graph = MakeSphere(10);
@@ -244,9 +245,9 @@ TEST(PoseGraph, ASingleTrueLoopAfterLongDriftIsKept) {
   }
 }
 
-// A walk straight on, each node tied to the next and to the one after it by what the poses say, and
-// each to one that stays, of which the edges know all but nothing; the last edge is a loop over all
-// that is `metres` off.
+// A straight walk in which each node has edges to the next one and the one after it that agree with
+// the poses, and an edge to a fixed node with almost no information. The last edge is a loop over
+// the whole walk with an error of `metres`.
 PoseGraph MakePresentWalk(double metres) {
   constexpr int kNodes = 200;
   PoseGraph graph;
@@ -277,7 +278,7 @@ PoseGraph MakePresentWalk(double metres) {
 TEST(PoseGraph, HowWellTrustedEdgesCloseSaysNothingOfALoop) {
   for (const RobustLoops robust :
        {RobustLoops::kGnc, RobustLoops::kDcs, RobustLoops::kSwitchable}) {
-    // By its turns the way knows its end to 4 m across.
+    // The rotation uncertainty of the path gives its end a lateral uncertainty of 4 m.
     PoseGraph graph = MakePresentWalk(5.0);
     EXPECT_EQ(CountLoops(graph), 1u);
     const PoseGraphOptions options{.robust = robust, .estimate_variance_factor = false};
@@ -312,7 +313,7 @@ TEST(PoseGraph, CovarianceOfAChainIsTheSumOfItsSteps) {
   const std::int64_t ids[] = {2, 0};
   const Eigen::MatrixXd covariance = PoseGraphCovariance(chain, ids);
   ASSERT_EQ(covariance.rows(), 6);
-  // Two steps of 1 m: the turn of the first moves the second sideways.
+  // Two steps of 1 m: the rotation error of the first one moves the second one sideways.
   const double p2 = 0.05 * 0.05, a2 = 0.02 * 0.02;
   Eigen::Matrix3d expected;
   expected << 2 * p2, 0, 0, 0, 2 * p2 + a2, a2, 0, a2, 2 * a2;
@@ -340,8 +341,8 @@ TEST(PoseGraph, CovarianceShrinksByLoopsAndCanLeaveThemOut) {
   EXPECT_THROW(PoseGraphCovariance(graph, unknown), InvalidArgument);
 }
 
-// A chain of nodes that each odometry step turns a little too far, and what fixes their positions
-// in a frame of its own.
+// A chain of nodes whose odometry rotates a little too much at each step, with factors that fix the
+// positions in a separate frame.
 TEST(PoseGraph, FactorsOnNodesTakePartAndTieAFrameThatNoEdgeReaches) {
   const Pose step = Pose::FromTangent({1, 0, 0}, {0, 0, 0.05});
   const Pose drifted = Pose::FromTangent({1.02, 0, 0}, {0, 0, 0.055});
@@ -365,11 +366,11 @@ TEST(PoseGraph, FactorsOnNodesTakePartAndTieAFrameThatNoEdgeReaches) {
   EXPECT_TRUE(summary.warnings.empty());
   const Pose& solved = graph.nodes.back().pose;
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    // In the frame, which alone knows: drift was 0.6 m along the way and 9 degrees. Of positions
-    // known to 1 mm.
+    // Only the frame has absolute information: the odometry drift is 0.6 m along the path and 9
+    // degrees, and the positions are known to 1 mm.
     EXPECT_LT((solved * graph.nodes[i].pose.p() - T_GW * truth[i].p()).norm(), 3e-3) << i;
   }
-  // The first node is held, and what follows tells of its heading by odometry of 0.01 rad a step.
+  // The first node is fixed, and the others determine its heading by odometry of 0.01 rad a step.
   EXPECT_LT((solved.Inverse() * T_GW).Angle(), 0.01);
 
   const std::int64_t last[] = {30};

@@ -10,13 +10,13 @@
 
 #include "random_states.h"
 
-// The analytic factors on poses against their autodiff twins.
+// Compares the analytic factors on poses with their autodiff twins.
 namespace highwall::pose_twins_test {
 namespace {
 
 using RowMajor = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Residual, then the Jacobians in the tangent of poses.
+// Returns the residual, then the Jacobians in the tangent space of poses.
 Eigen::MatrixXd Linearize(const ceres::CostFunction& cost,
                           const std::vector<const double*>& poses) {
   const auto count = static_cast<Eigen::Index>(poses.size());
@@ -41,7 +41,8 @@ TEST(PoseTwins, FactorsEqualTheirTwinsToRounding) {
     const Eigen::Matrix<double, 6, 6> W = random.Matrix<6>();
     const Pose a = random.RandomPose(2.0, 1.5), b = random.RandomPose(2.0, 1.5);
     const Pose Z = a.Inverse() * b * random.RandomPose(0.5, 2.0);
-    // Rounding, some of it magnified where the coefficients of the twin cancel at small angles.
+    // The tolerance covers rounding, which the twin's coefficients amplify by cancellation at small
+    // angles.
     const auto expect_equal = [](const Eigen::MatrixXd& x, const Eigen::MatrixXd& y) {
       EXPECT_LT((x - y).cwiseAbs().maxCoeff(), 1e-10 * (1.0 + y.cwiseAbs().maxCoeff()));
     };

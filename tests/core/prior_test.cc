@@ -150,7 +150,7 @@ TEST(UprightPrior, HeadingAndPositionAreFree) {
   const Pose level = graph.Value(pose);
   EXPECT_LT((level.q() * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitZ()).norm(), 1e-8);
   EXPECT_LT((level.p() - turned.p()).norm(), 1e-9);
-  // It came up by the shortest way: the heading is that of before.
+  // The prior aligns the pose by the smallest rotation, so the heading does not change.
   EXPECT_LT((turned.Inverse() * level).Angle(), 0.05);
 }
 
@@ -205,7 +205,7 @@ TEST(DirectionPrior, SolvingRecoversTheExpectedDirection) {
   for (int i = 0; i < 10; ++i) {
     const Eigen::Vector3d n_0 = random.Direction();
     FactorGraph graph;
-    // Up to 60 degrees away.
+    // The pose is up to 60 degrees away.
     const auto n = graph.AddVariable(
         UnitDirection(Pose::FromTangent({0, 0, 0}, random.Vector(0.6)).R() * n_0));
     graph.AddFactor(std::make_unique<DirectionPrior>(UnitDirection(n_0), 0.1), n);

@@ -44,7 +44,7 @@ TEST(RelativePose, IsZeroWhereTheMeasurementHolds) {
 }
 
 TEST(RelativePose, OfAQuarterTurnComputedByHand) {
-  // Exp of a turn by pi/2 about z along rho = (pi/2, 0, 0) is a quarter circle of radius 1, which
+  // Exp of a rotation by pi/2 about z along rho = (pi/2, 0, 0) is a quarter circle of radius 1 that
   // ends at (1, 1, 0).
   const double quarter = 0.5 * std::numbers::pi;
   const Pose T_j = Pose::FromTangent({1, 1, 0}, {0, 0, quarter});
@@ -63,7 +63,7 @@ TEST(RelativePose, JacobiansMatchCentralDifferences) {
   RandomStates random(2);
   for (int i = 0; i < 50; ++i) {
     const Pose Z = random.RandomPose(), T_i = random.RandomPose();
-    const Pose E = random.RandomPose(2.0, 2.5);  // far from the optimum, clear of the jump at pi
+    const Pose E = random.RandomPose(2.0, 2.5);  // away from the optimum and from the jump at pi
     ExpectJacobians(RelativePose(Z, random.Matrix<6>()), T_i, T_i * Z * E, "random state");
   }
 }
@@ -83,7 +83,7 @@ TEST(RelativePose, DoesNotChangeWhenTheWorldFrameMoves) {
   const RelativePose factor(random.RandomPose(), random.Matrix<6>());
   for (int i = 0; i < 10; ++i) {
     const Pose T_i = random.RandomPose(), T_j = random.RandomPose(), G = random.RandomPose(100.0);
-    // 100 m of shift cost two digits.
+    // A translation of 100 m costs two digits.
     EXPECT_TRUE(Residual(factor, G * T_i, G * T_j).isApprox(Residual(factor, T_i, T_j), 1e-11));
   }
 }

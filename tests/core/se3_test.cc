@@ -53,7 +53,7 @@ TEST(Se3, AdjointMovesAStepFromTheRightToTheLeft) {
 TEST(Se3, RightJacobianInverseMatchesCentralDifferencesOfLog) {
   RandomStates random(4);
   for (const double angle : kAngles) {
-    if (angle > 3.1) continue;  // the step would cross pi
+    if (angle > 3.1) continue;  // the step would cross the jump at pi
     const Tangent tau = RandomTangent(&random, angle);
     const Pose T = se3::Exp(tau);
     Matrix6 numeric;
@@ -62,7 +62,7 @@ TEST(Se3, RightJacobianInverseMatchesCentralDifferencesOfLog) {
       const Tangent d = Tangent::Unit(k) * h;
       numeric.col(k) = (se3::Log(T * se3::Exp(d)) - se3::Log(T * se3::Exp(-d))) / (2.0 * h);
     }
-    // Rounding of Log over the step: 1e-15 / 1e-6.
+    // Rounding of Log divided by the step: 1e-15 / 1e-6.
     EXPECT_LT((se3::RightJacobianInverse(tau) - numeric).cwiseAbs().maxCoeff(), 2e-8) << angle;
   }
 }

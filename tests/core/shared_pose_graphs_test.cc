@@ -1,4 +1,4 @@
-// Pose graphs of the literature, against the lowest chi2 known.
+// Pose graphs of the literature, compared with the lowest known chi2.
 
 #include <filesystem>
 #include <fstream>
@@ -19,7 +19,7 @@ namespace {
 
 using Initialization = PoseGraphInitialization;
 
-// 0.1 % above the lowest chi2 known is as good, below is better.
+// Up to 0.1 % above the lowest known chi2 counts as equal, and below it is better.
 class SharedPoseGraphs : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -49,7 +49,7 @@ TEST_F(SharedPoseGraphs, ReachTheKnownOptimumFromChordalInitialization) {
 TEST_F(SharedPoseGraphs, ReachTheKnownOptimumFromTheirOwnPoses) {
   for (const auto& [name, chi2] : Reference()) {
     PoseGraph graph = Read(name);
-    // Its own poses lie in the basin of another minimum.
+    // The poses in the file lie in the basin of another minimum.
     if (!graph.has_poses || name == "sphere_bignoise_vertex3") continue;
     EXPECT_LT(SolvePoseGraph(&graph).final_chi2, 1.001 * chi2) << name;
   }

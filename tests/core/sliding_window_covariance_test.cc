@@ -21,7 +21,7 @@ namespace {
 TEST(SlidingWindowCovariance, CovarianceDoesNotMindOtherUnknownsAndCountsFixedOnesAsKnown) {
   SlidingWindowSmoother smoother;
   const auto a = smoother.AddState(0, Vector2(0, 0)), b = smoother.AddState(1, Vector2(0, 0));
-  smoother.AddState(0, Vector2(0, 0));  // nothing is known of it
+  smoother.AddState(0, Vector2(0, 0));  // an unconstrained state
   smoother.AddFactor(MakePrior({0, 0}, 0.5), a);
   smoother.AddFactor(MakeStep({1, 1}, 0.25), a, b);
   ASSERT_TRUE(smoother.Update().accepted);
@@ -46,14 +46,14 @@ TEST(SlidingWindowCovariance, CovarianceWithLandmarksIsThatOfTheGraph) {
   const std::vector<VariableId> wanted = {walk.states[8], walk.states[5]};
   const Eigen::MatrixXd expected = *smoother.graph().Covariance(wanted);
   EXPECT_LT((*smoother.Covariance(wanted) - expected).norm(), 1e-12 * expected.norm());
-  // Of a landmark, which is eliminated, and of a state that nothing else is known of.
+  // Covariance of a landmark, which is eliminated, and with an otherwise unconstrained state.
   const std::vector<VariableId> landmark = {walk.landmarks.back(), walk.states[8]};
   EXPECT_LT((*smoother.Covariance(landmark) - *smoother.graph().Covariance(landmark)).norm(), 1e-9);
   smoother.AddState(700, Vector2(0, 0));
   EXPECT_LT((*smoother.Covariance(wanted) - expected).norm(), 1e-9 * expected.norm());
 }
 
-// Eliminates landmarks as the odometry's window does.
+// Eliminates landmarks in the same way as the odometry's window does.
 SlidingWindowOptions Projected() {
   return {.max_states = 6, .landmarks = LandmarkPolicy::kMarginalize};
 }
@@ -78,8 +78,9 @@ TEST(SlidingWindowCovariance, AnUpdateTellsWhatIsToldAfterwards) {
   }
 }
 
-// Landmarks see all move along, and a prior of little weight alone holds where they are: what they
-// add to it cancels to the last digit, or seems to be known.
+// All observations of landmarks are invariant to a common translation, and only a weak prior fixes
+// it. The landmarks' contribution to this direction must cancel to the last digit, or the direction
+// appears observable.
 TEST(SlidingWindowCovariance, LandmarksInventNothingOnWhereAllOfThemAre) {
   for (const double sigma : {1.0, 100.0, 1e4}) {
     SlidingWindowSmoother smoother(Projected());
@@ -99,13 +100,13 @@ TEST(SlidingWindowCovariance, LandmarksInventNothingOnWhereAllOfThemAre) {
     const UpdateReport report = smoother.Update(wanted);
     ASSERT_TRUE(report.accepted) << report.message;
     ASSERT_TRUE(report.covariance);
-    // To how far rounding of 300 * 1e4 / 5 reaches beside 1e-8.
+    // The tolerance covers rounding of 300 * 1e4 / 5 relative to 1e-8.
     EXPECT_NEAR(std::sqrt((*report.covariance)(0, 0)), sigma, 0.01 * sigma);
   }
 }
 
-// x seen along one axis alone: a landmark with an open direction, of which the solver's damping
-// must not become knowledge.
+// Observes x along one axis only: the landmark has an unobservable direction, in which the damping
+// of the solver must not count as information.
 struct Along {
   template <class S>
   bool operator()(const S* x_i, const S* x_j, S* r) const {
@@ -155,7 +156,7 @@ TEST(SlidingWindowCovariance, OfAnUpdateThatIsRefusedNoneIsTold) {
   EXPECT_FALSE(report.covariance);
 }
 
-// Evaluates below one alone.
+// Can be evaluated below one only.
 struct Below {
   template <class S>
   bool operator()(const S* x, S* r) const {
@@ -178,7 +179,8 @@ TEST(SlidingWindowCovariance, AFactorThatThrowsIsOneThatCannotBeEvaluated) {
   EXPECT_THROW(smoother.Covariance(wanted), InvalidArgument);
 }
 
-// How well all of a walk with points is known that nothing holds at its place.
+// Type of absolute constraint of a walk with points: its gauge is free, or fixed in part or
+// completely.
 enum class Held { kNothing, kPosition, kPose };
 struct PoseWalk {
   PoseWalk(unsigned seed, Held held, double sigma, SlidingWindowSmoother* s) : smoother(s) {
@@ -220,7 +222,8 @@ TEST(SlidingWindowCovariance, OfAWindowWithAnOpenGaugeThereIsNone) {
         const UpdateReport report = smoother.Update(wanted);
         ASSERT_TRUE(report.accepted) << report.message;
         EXPECT_FALSE(report.covariance) << seed << ": " << report.covariance->trace();
-        // Three states have left by now: nor does the prior know where the window is.
+        // Three states have left by now, and the prior does not fix the position of the window
+        // either.
         EXPECT_FALSE(smoother.NewestCovariance()) << seed;
         EXPECT_FALSE(smoother.graph().Covariance(wanted)) << seed;
         EXPECT_FALSE(smoother.Update(wanted).covariance) << seed;
@@ -229,7 +232,8 @@ TEST(SlidingWindowCovariance, OfAWindowWithAnOpenGaugeThereIsNone) {
   }
 }
 
-// However weak it is beside what the landmarks tell of each other's places.
+// This holds however weak the prior is in comparison with the relative information of the
+// landmarks.
 TEST(SlidingWindowCovariance, OfAWindowThatAWeakPriorHoldsItIsThatOfThePrior) {
   for (const double sigma : {1e-2, 1.0, 100.0, 1e3}) {
     SlidingWindowSmoother smoother(Projected());
@@ -243,7 +247,7 @@ TEST(SlidingWindowCovariance, OfAWindowThatAWeakPriorHoldsItIsThatOfThePrior) {
   }
 }
 
-// A chain of steps alone: what it knows of the one that is asked for is rounding.
+// A chain of relative steps only: the absolute information on the requested state is rounding.
 TEST(SlidingWindowCovariance, OfAChainThatNothingHoldsThereIsNone) {
   for (int length = 2; length <= 10; ++length) {
     SlidingWindowSmoother smoother;

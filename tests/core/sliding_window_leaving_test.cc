@@ -1,4 +1,4 @@
-// Updates of the smoother in which states leave and something fails.
+// Updates of the smoother in which states leave and an operation fails.
 #include <highwall/core/sliding_window_smoother.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace highwall::sliding_window_leaving_test {
 namespace {
 
-// A prior at (0, 0) that cannot be evaluated once it is told so.
+// A prior at (0, 0) whose evaluation fails once the flag `broken` is set.
 class Breakable final : public ceres::SizedCostFunction<2, 2> {
  public:
   explicit Breakable(const bool* broken) : broken_(broken) {}
@@ -33,7 +33,8 @@ class Breakable final : public ceres::SizedCostFunction<2, 2> {
 
 class LeavingStates : public ::testing::Test {
  protected:
-  // At the solution already: what breaks after the first evaluation breaks the marginalization.
+  // Starts at the solution, so a factor that breaks after the first evaluation breaks the
+  // marginalization.
   SlidingWindowSmoother Make(LeavingPolicy leaving) {
     SolveOptions solve = Exact();
     solve.on_iteration = [this](int, double) { broken_ = break_; };
@@ -47,7 +48,7 @@ class LeavingStates : public ::testing::Test {
     if (breakable) {
       keep(smoother->AddFactor(std::make_unique<Breakable>(&broken_), states_.back()));
     }
-    // In view of all: it stays, and the factors to it are dropped.
+    // All states observe this landmark: it stays, and the factors to it are dropped.
     if (states_.size() == 1) in_view_ = smoother->AddLandmark(Vector2(0, 0));
     keep(smoother->AddFactor(MakeStep({0, 0}), states_.back(), in_view_));
     if (states_.size() == 1) return;
@@ -66,7 +67,7 @@ class LeavingStates : public ::testing::Test {
 TEST_F(LeavingStates, AnUpdateWhoseMarginalizationFailsChangesNothing) {
   for (const LeavingPolicy leaving :
        {LeavingPolicy::kOldestFirst, LeavingPolicy::kLeastInformation}) {
-    for (const int added : {1, 2}) {  // as many leave; the last of these fails
+    for (const int added : {1, 2}) {  // the same number leaves, and the last one fails
       states_.clear();
       factors_.clear();
       break_ = broken_ = false;
@@ -92,7 +93,7 @@ TEST_F(LeavingStates, AnUpdateWhoseMarginalizationFailsChangesNothing) {
           EXPECT_EQ(std::count(factors.begin(), factors.end(), factor), 1);
         }
       }
-      // And goes on.
+      // The smoother continues afterwards.
       break_ = broken_ = false;
       states_.resize(2);
       for (int k = 0; k < added; ++k) AddState(2 + k, false, &smoother);

@@ -28,7 +28,7 @@ namespace highwall::sliding_window_smoother_test {
 namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
-// Evaluates to what it is told.
+// Evaluates to the failure given by its kind.
 class Bad final : public ceres::SizedCostFunction<2, 2> {
  public:
   enum class Kind { kFalse, kThrows, kNanResidual, kNanJacobian };
@@ -49,7 +49,8 @@ class Bad final : public ceres::SizedCostFunction<2, 2> {
 };
 
 TEST(SlidingWindowSmoother, ALinearGaussianRunEqualsTheBatchSolution) {
-  // Landmarks leave before they are lost from view of the window, so that nothing is dropped.
+  // The window contains all observers of a landmark until the landmark leaves, so no factor is
+  // dropped.
   SlidingWindowSmoother batch({.max_states = 1000, .solve = Exact()});
   SlidingWindowSmoother lag({.max_states = 6, .solve = Exact()});
   Walk batch_walk(&batch), lag_walk(&lag);
@@ -72,7 +73,7 @@ TEST(SlidingWindowSmoother, ALinearGaussianRunEqualsTheBatchSolution) {
 }
 
 TEST(SlidingWindowSmoother, EqualsTheBatchSolutionWithLandmarksThatStayInThePrior) {
-  // A landmark added as calibration never leaves: the prior ties it to the states.
+  // A landmark added as calibration never leaves: the prior links it to the states.
   struct Tied final : Walk {
     using Walk::Walk;
     Variable<Vector2> AddLandmark(const Vector2& x) override { return smoother->AddCalibration(x); }
@@ -171,7 +172,7 @@ TEST(SlidingWindowSmoother, ABadFactorRejectsTheUpdateAndKeepsTheState) {
     EXPECT_EQ(smoother.graph().NumFactors(), 1u);
     EXPECT_EQ(smoother.Stamps(), std::vector<Stamp>{0});
   }
-  // And goes on.
+  // The smoother continues afterwards.
   const auto second = smoother.AddState(1, Vector2(5, 5));
   smoother.AddFactor(MakeStep({1, 0}), first, second);
   EXPECT_TRUE(smoother.Update().accepted);
@@ -214,9 +215,9 @@ TEST(SlidingWindowSmoother, VariablesWithoutFactorsAreCarriedAndLeave) {
     const UpdateReport report = smoother.Update();
     EXPECT_TRUE(report.accepted) << report.message;
     EXPECT_EQ(smoother.Value(states.back()), Vector2(k, k));
-    EXPECT_FALSE(smoother.NewestCovariance());  // nothing is known of it
+    EXPECT_FALSE(smoother.NewestCovariance());  // it is unconstrained
   }
-  EXPECT_FALSE(smoother.Contains(lost));  // a landmark that nothing observes goes at once
+  EXPECT_FALSE(smoother.Contains(lost));  // an unobserved landmark is removed immediately
   EXPECT_TRUE(smoother.Contains(calibration));
   EXPECT_EQ(smoother.graph().NumVariables(), 3u);
   EXPECT_EQ(smoother.graph().NumFactors(), 0u);
@@ -249,7 +250,7 @@ TEST(SlidingWindowSmoother, LandmarksInViewStayAndLostOnesGoIntoThePrior) {
   EXPECT_EQ(report.dropped_factors, 1);
   EXPECT_EQ(report.left, std::vector<Stamp>{0});
   ASSERT_EQ(report.reports.size(), 1u);
-  EXPECT_EQ(report.reports[0].factors, 4);  // prior, step, both observations of the lost one
+  EXPECT_EQ(report.reports[0].factors, 4);  // prior, step and both observations of `lost`
   EXPECT_EQ(report.removed.size(), 2u);
 
   SlidingWindowSmoother all({.max_states = 1, .landmarks = LandmarkPolicy::kMarginalize});
@@ -264,12 +265,12 @@ TEST(SlidingWindowSmoother, LandmarksInViewStayAndLostOnesGoIntoThePrior) {
   EXPECT_FALSE(all.Contains(point));
   EXPECT_EQ(report.dropped_factors, 0);
   EXPECT_LT((all.Value(b) - Vector2(1, 0)).norm(), 1e-3);
-  // Variance 1 of a, 1 of each observation.
+  // Variance 1 of a, plus 1 of each observation.
   EXPECT_LT((*all.NewestCovariance() - 3.0 * Eigen::Matrix2d::Identity()).norm(), 1e-9);
 }
 
 TEST(SlidingWindowSmoother, LeastInformationRemovesTheRedundantState) {
-  // States 1 and 2 are at the same place, state 2 with hardly a measurement of its own.
+  // States 1 and 2 are at the same place, and state 2 has a weak measurement only.
   SlidingWindowSmoother smoother(
       {.max_states = 4, .leaving = LeavingPolicy::kLeastInformation, .protected_states = 2});
   std::vector<Variable<Vector2>> x;
@@ -292,7 +293,7 @@ TEST(SlidingWindowSmoother, LeastInformationRemovesTheRedundantState) {
 }
 
 TEST(SlidingWindowSmoother, TheOldestLeavesWhereAllOthersAreProtected) {
-  // State 1 has hardly a measurement of its own, but is among the newest five.
+  // State 1 has a weak measurement only, but is among the newest five.
   SlidingWindowSmoother smoother(
       {.max_states = 2, .leaving = LeavingPolicy::kLeastInformation, .protected_states = 5});
   const auto a = smoother.AddState(0, Vector2(0, 0)), b = smoother.AddState(1, Vector2(1, 0)),
@@ -307,7 +308,7 @@ TEST(SlidingWindowSmoother, TheOldestLeavesWhereAllOthersAreProtected) {
 }
 
 TEST(SlidingWindowSmoother, KeepsToItsBudget) {
-  // Each evaluation sleeps; without a budget this solve takes far longer.
+  // Each evaluation sleeps, so this solve takes much longer without a time budget.
   class SlowCost final : public ceres::SizedCostFunction<1, 1> {
    public:
     bool Evaluate(double const* const* x, double* r, double** J) const override {
@@ -328,7 +329,7 @@ TEST(SlidingWindowSmoother, KeepsToItsBudget) {
   const UpdateReport report = smoother.Update();
   EXPECT_TRUE(report.accepted);
   EXPECT_EQ(report.solve.status, SolveStatus::kLimit);
-  EXPECT_LT(report.solve.iterations, 30);  // at 4 ms each at least
+  EXPECT_LT(report.solve.iterations, 30);  // each takes at least 4 ms
 }
 
 TEST(SlidingWindowSmoother, OptionsOutOfRangeAreRefusedByName) {
@@ -357,7 +358,7 @@ class SavedWindow : public ::testing::Test {
               ("highwall_window_" + std::to_string(::getpid()))) {}
   ~SavedWindow() override { std::filesystem::remove(path_); }
 
-  // Poses with odometry and a landmark, a calibration, a fixed state.
+  // Poses with odometry and a landmark, a calibration and a fixed state.
   static SlidingWindowSmoother Example(const SlidingWindowOptions& options) {
     SlidingWindowSmoother smoother(options);
     RandomStates random(9);
@@ -421,8 +422,8 @@ TEST_F(SavedWindow, GoesOnAsIfItHadNeverBeenSaved) {
   RandomStates a(3), b(3);
   Extend(&smoother, 6, &a);
   Extend(&loaded, 6, &b);
-  // The loaded factors are linearized: equal where the window does not move, and here it hardly
-  // does, for odometry alone leaves no residual.
+  // The loaded factors are linearized. They are equal while the window does not move, and here it
+  // hardly moves, because odometry alone leaves no residual.
   const Pose difference =
       loaded.Value(*loaded.Find<Pose>(6)).Inverse() * smoother.Value(*smoother.Find<Pose>(6));
   EXPECT_LT(difference.p().norm(), 1e-6);
@@ -478,12 +479,12 @@ TEST_F(SavedWindow, DamagedFilesAreRefusedWithTheLine) {
   }
   WriteText(text);
   EXPECT_EQ(LoadError(), "");
-  EXPECT_THROW(SlidingWindowSmoother::Load<Pose>(path_), IoError);  // a double is in it
+  EXPECT_THROW(SlidingWindowSmoother::Load<Pose>(path_), IoError);  // the file contains a double
   std::filesystem::remove(path_);
   EXPECT_NE(LoadError().find("cannot be read"), std::string::npos);
 }
 
-// Of the pose in a line, as a value or as the point where a prior was formed.
+// The quaternion belongs to a pose that is a value or the linearization point of a prior.
 TEST_F(SavedWindow, AQuaternionThatIsNoRotationIsRefused) {
   Example({.max_states = 4}).Save(path_);
   const std::string text = Text();

@@ -12,7 +12,8 @@ namespace highwall::so3_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Both sides of every switch between a series and a closed form, and the ends of the domain.
+// Values on both sides of every switch between a series and a closed form, and at the ends of the
+// domain.
 const double kAngles[] = {0.0, 1e-12, 1e-8, 1e-4, 0.00999, 0.01001,
                           0.1, 1.0,   2.0,  3.0,  3.14,    kPi - 1e-7};
 

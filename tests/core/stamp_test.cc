@@ -17,7 +17,7 @@ TEST(Stamp, ParsesEverySpelling) {
   EXPECT_EQ(ParseStamp(".5"), Stamp{500000000});
   EXPECT_EQ(ParseStamp("-0.25"), Stamp{-250000000});
   EXPECT_EQ(ParseStamp("+1.5"), Stamp{1500000000});
-  EXPECT_EQ(ParseStamp("0.1234567899"), Stamp{123456789});  // cut, not rounded
+  EXPECT_EQ(ParseStamp("0.1234567899"), Stamp{123456789});  // truncated, not rounded
   EXPECT_EQ(ParseStamp("1.5e3"), Stamp{1500000000000});
   EXPECT_EQ(ParseStamp("+1.5e3"), Stamp{1500000000000});
   EXPECT_EQ(ParseStamp("-2E-1"), Stamp{-200000000});

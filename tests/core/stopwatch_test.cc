@@ -8,7 +8,8 @@
 namespace highwall::stopwatch_test {
 namespace {
 
-// No upper bound but that of the test's own clock: a busy machine may pause a thread for long.
+// The only upper bound is the test's own clock, because a busy machine may suspend a thread for
+// long.
 TEST(Stopwatch, TellsTheTimeSinceItWasMade) {
   const auto before = std::chrono::steady_clock::now();
   const Stopwatch stopwatch;

@@ -13,10 +13,10 @@
 namespace highwall::trajectory_error_test {
 namespace {
 
-// Rounding of a few products of poses of size 10.
+// Rounding of a few products of poses of magnitude 10.
 constexpr double kRounding = 1e-13;
 
-// Poses 0.1 s apart on a bent path that turns about a changing axis.
+// Poses 0.1 s apart on a curved path that rotates about a changing axis.
 Trajectory BentPath(int poses) {
   Trajectory trajectory;
   for (int i = 0; i < poses; ++i) {
@@ -27,7 +27,7 @@ Trajectory BentPath(int poses) {
   return trajectory;
 }
 
-// Poses 1 s apart on the x axis, `step` metres from one to the next.
+// Poses 1 s apart on the x axis, at a spacing of `step` metres.
 Trajectory StraightPath(int poses, double step) {
   Trajectory trajectory;
   for (int i = 0; i < poses; ++i) {
@@ -37,7 +37,7 @@ Trajectory StraightPath(int poses, double step) {
   return trajectory;
 }
 
-// Every pose T of the trajectory becomes T_AB * T.
+// Replaces every pose T of the trajectory by T_AB * T.
 Trajectory Moved(const Pose& T_AB, Trajectory trajectory) {
   for (StampedPose& stamped : trajectory) stamped.pose = T_AB * stamped.pose;
   return trajectory;
@@ -108,8 +108,8 @@ TEST(AlignUmeyama, RefusesPointsThatDoNotFixTheRotation) {
   EXPECT_THROW(AlignUmeyama(line, line.leftCols(3), false), InvalidArgument);
 }
 
-// Along the x axis, turned and moved; the estimate is off the line to both sides in turn, so that
-// neither its mean nor its direction changes.
+// A track along the x axis, rotated and translated. The estimate deviates from the line to both
+// sides alternately, so that neither its mean nor its direction changes.
 TEST(AbsolutePoseError, OfAStraightTrackIsDeterminedByPositionsAndAttitudesTogether) {
   const Trajectory straight = StraightPath(8, 0.5);
   Trajectory beside = straight;
@@ -120,7 +120,7 @@ TEST(AbsolutePoseError, OfAStraightTrackIsDeterminedByPositionsAndAttitudesToget
   const Pose T = SomePose();
   for (const auto alignment : {TrajectoryAlignment::kSe3, TrajectoryAlignment::kSim3}) {
     for (const bool off : {false, true}) {
-      // A scale makes up for a part of what is beside the line.
+      // A scale compensates for a part of the lateral deviation.
       if (off && alignment == TrajectoryAlignment::kSim3) continue;
       const auto error = [&](PoseRelation relation) {
         return AbsolutePoseError(straight, Moved(T, off ? beside : straight),
@@ -132,7 +132,7 @@ TEST(AbsolutePoseError, OfAStraightTrackIsDeterminedByPositionsAndAttitudesToget
       EXPECT_LT(error(PoseRelation::kAngleDegrees).statistics.max, 1e-5);
     }
   }
-  // Turned about the line, pose by pose: attitudes decide as they do in the mean.
+  // Each pose is rotated about the line: the attitudes determine the alignment by their mean.
   Trajectory rolling = straight;
   for (std::size_t i = 0; i < rolling.size(); ++i) {
     rolling[i].pose =
@@ -164,7 +164,7 @@ TEST(AbsolutePoseError, OfABentPathLeavesNothingOpen) {
 
 TEST(AbsolutePoseError, WithoutAlignmentIsThePoseDifference) {
   const Trajectory reference = BentPath(30);
-  // A half turn about z of the body, and a shift of the world.
+  // The body frame rotates by half a turn about z, and the world frame is translated.
   Trajectory estimate = reference;
   const Pose turn(Eigen::Quaterniond(0.0, 0.0, 0.0, 1.0), Eigen::Vector3d::Zero());
   for (StampedPose& stamped : estimate) {
@@ -265,7 +265,7 @@ TEST(RelativePoseError, AllPairsInMetresKeepsPathsWithinATenthOfDelta) {
                              {.delta = delta, .delta_unit = DeltaUnit::kMetres, .all_pairs = true})
         .errors.size();
   };
-  EXPECT_EQ(count(3.2), 8u);  // 3 m is near enough
+  EXPECT_EQ(count(3.2), 8u);  // 3 m is close enough
   EXPECT_EQ(count(9.5), 2u);  // 9 m from the first two poses
   EXPECT_THROW(count(1.4), InvalidArgument);
 }
@@ -314,7 +314,7 @@ TEST(TimeCovered, IsTheShareOfTheReferenceTimeThatTheEstimateCovers) {
   EXPECT_NEAR(covered(0.0, 20.0, 9.0, 9.0), 1.0, 1e-9);
   EXPECT_NEAR(covered(0.0, 10.0, 9.0, 9.0), 0.5, 0.003);  // to one of 400 intervals
   EXPECT_NEAR(covered(0.0, 20.0, 5.0, 10.0), 0.75, 0.003);
-  EXPECT_NEAR(covered(0.0, 20.0, 5.0, 5.11), 1.0, 1e-9);  // two lost frames are no hole
+  EXPECT_NEAR(covered(0.0, 20.0, 5.0, 5.11), 1.0, 1e-9);  // two lost frames do not count as a gap
 }
 
 TEST(TimeCovered, LeavesOutTheTimeInWhichTheReferenceIsBlind) {
@@ -324,7 +324,7 @@ TEST(TimeCovered, LeavesOutTheTimeInWhichTheReferenceIsBlind) {
     if (i < 500 || i > 1200) reference.push_back(stamped);
     if (i % 5 == 0 && i <= 1600) estimate.push_back(stamped);
   }
-  // The reference sees 5 + 8 s, of which the estimate covers 5 + 4 s.
+  // The reference covers 5 + 8 s, of which the estimate covers 5 + 4 s.
   EXPECT_NEAR(AbsolutePoseError(reference, estimate, {.alignment = TrajectoryAlignment::kNone})
                   .time_covered,
               9.0 / 13.0, 0.01);

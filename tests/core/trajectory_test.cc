@@ -223,7 +223,7 @@ TEST(Interpolate, GivesThePosesThemselvesAndNothingOutside) {
   EXPECT_FALSE(Interpolate({}, 0).has_value());
 }
 
-// What the file holds while the log is open is what a killed process leaves.
+// The content of the file while the log is open is the content after the process is killed.
 TEST_F(TrajectoryFile, ALogIsWholeAfterEachPoseAndEqualsAFileWrittenAtOnce) {
   const fs::path path = folder_ / "log.txt", whole = folder_ / "whole.txt";
   testing::WriteText(path, "of an earlier run, and longer than a line");

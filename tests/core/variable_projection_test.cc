@@ -27,7 +27,7 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// A point seen from a pose, all of it stretched: three variables, with a landmark in the middle.
+// A scaled observation of a point from a pose: three variables, with a landmark in the middle.
 struct StretchedObservation {
   Eigen::Vector3d z;
 
@@ -44,7 +44,8 @@ std::unique_ptr<ceres::CostFunction> MakeStretched(const Eigen::Vector3d& z) {
       new StretchedObservation{z});
 }
 
-// Poses and points, each seen from each, disturbed; the first pose is known to 1.
+// Poses and points, all observed from all poses and disturbed. The first pose has a prior with
+// sigma 1.
 struct Bundle {
   explicit Bundle(unsigned seed, double noise = 0.0, bool stretched = false) : random(seed) {
     const auto loss = std::make_shared<ceres::HuberLoss>(0.05);
@@ -101,7 +102,7 @@ SolveOptions Exact(LinearSolver solver) {
           .linear_solver = solver};
 }
 
-// Refuses landmarks of 2 and more, or throws.
+// Fails to evaluate landmarks of 2 and more, or throws.
 class OnlyBelowTwo final : public ceres::SizedCostFunction<1, 1, 7> {
  public:
   explicit OnlyBelowTwo(bool throws) : throws_(throws) {}
@@ -120,7 +121,7 @@ class OnlyBelowTwo final : public ceres::SizedCostFunction<1, 1, 7> {
   bool throws_;
 };
 
-// H and g of the factors on landmarks with the landmarks minimized over, by dense algebra.
+// Computes H and g of the factors on landmarks with the landmarks minimized out, by dense algebra.
 struct Reduced {
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
@@ -178,7 +179,7 @@ TEST(VariableProjection, HasTheCostTheGradientAndTheSchurComplementOfItsFactors)
       storage.emplace_back(residuals.size() * static_cast<std::size_t>(block.size));
     }
     for (auto& values : storage) jacobians.push_back(values.data());
-    // What another thread noted meanwhile stays.
+    // An entry that another thread has recorded meanwhile is kept.
     const auto other = std::make_unique<OnlyBelowTwo>(false);
     faults.last = other.get();
     ASSERT_TRUE(projection.Evaluate(blocks.data(), residuals.data(), jacobians.data()));
@@ -215,7 +216,7 @@ TEST(VariableProjection, FindsTheMinimumThatDenseSchurFinds) {
     EXPECT_NEAR(summary.initial_cost, wanted.initial_cost, 1e-12 * wanted.initial_cost);
     EXPECT_NEAR(summary.final_cost, wanted.final_cost, 1e-9 * wanted.final_cost);
     EXPECT_NEAR(summary.final_cost, bundle.graph.Cost(), 1e-12 * summary.final_cost);
-    // Both stop where the cost is flat to rounding: 1e-8 of a metre next to it.
+    // Both solvers stop where the cost is flat to rounding, within 1e-8 m of the minimum.
     for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
       const Pose apart =
           bundle.graph.Value(bundle.poses[i]).Inverse() * expected.graph.Value(expected.poses[i]);
@@ -239,7 +240,7 @@ TEST(VariableProjection, FewIterationsLeadAsFarAsTheyDoWithAllVariables) {
   EXPECT_NEAR(summary.final_cost, bundle.graph.Cost(), 1e-12 * summary.final_cost);
 }
 
-// Says nothing, and counts how often a step was tried.
+// Has a zero residual and counts how often a step was evaluated.
 class CountsTrials final : public ceres::SizedCostFunction<1, 7> {
  public:
   explicit CountsTrials(int* trials) : trials_(trials) {}
@@ -254,8 +255,8 @@ class CountsTrials final : public ceres::SizedCostFunction<1, 7> {
   int* const trials_;
 };
 
-// Landmarks that are off, and poses that are where they belong: a step more would be for nothing,
-// though the last one has lowered the cost by a lot.
+// The landmarks are displaced and the poses are at the optimum: a further step would be useless,
+// although the last one has lowered the cost considerably.
 TEST(VariableProjection, WhatLandmarksGainByThemselvesAsksForNoFurtherStep) {
   Bundle settled(3, 0.01);
   const SolveOptions exact = Exact(LinearSolver::kVariableProjection);
@@ -306,7 +307,7 @@ TEST(VariableProjection, LandmarksMoveWhereAllElseIsFixed) {
   EXPECT_LT(summary.final_cost, 1e-18);
 }
 
-// The first coordinate of a landmark: the other two are known to nobody.
+// Observes the first coordinate of a landmark. The other two are unobservable.
 struct FirstCoordinate {
   double z;
 
@@ -317,7 +318,7 @@ struct FirstCoordinate {
   }
 };
 
-// Whatever else is free, and wherever that stands.
+// This holds whatever other variable is free, and whatever its value is.
 TEST(VariableProjection, LandmarksMoveWhereNothingPullsThemAlong) {
   for (const double start : {0.5, 0.0}) {
     Bundle bundle(6);
@@ -365,14 +366,15 @@ TEST(VariableProjection, WhatTheSolveBeforeHasCostIsForgotten) {
                                new FirstCoordinate{z}),
                            fixed, x);
   };
-  // Torn: costs 8e4 wherever it is, of which a thousandth is more than the other landmark is off.
+  // Contradictory observations: the squared residuals sum up to at least 8e4, a thousandth of which
+  // exceeds the contribution of the other landmark.
   const auto torn = bundle.graph.AddLandmark(Point(200.0, 0.0, 0.0));
   observe(0.0, torn);
   observe(400.0, torn);
   ASSERT_TRUE(bundle.graph.Solve(Exact(LinearSolver::kVariableProjection)).IsUsable());
   const auto alone = bundle.graph.AddLandmark(Point(1.0, 0.0, 0.0));
   observe(0.25, alone);
-  // No step of the poses takes landmarks along.
+  // With no iterations, no step of the poses moves landmarks.
   const SolveOptions stay{.max_iterations = 0, .linear_solver = LinearSolver::kVariableProjection};
   ASSERT_TRUE(bundle.graph.Solve(stay).IsUsable());
   EXPECT_NEAR(bundle.graph.Value(alone)[0], 0.25, 1e-6);
@@ -392,7 +394,7 @@ TEST(VariableProjection, ALandmarkThatItsFactorsLeaveOpenStaysWhereTheyDo) {
               1e-8);
 }
 
-// Steps of Gauss-Newton from beyond 1.39 lead farther and farther away.
+// Gauss-Newton steps from beyond 1.39 diverge.
 struct Arctangent {
   template <class S>
   bool operator()(const S* x, const S* pose, S* r) const {

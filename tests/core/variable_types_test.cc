@@ -1,4 +1,4 @@
-// Calls that must not compile, and variables of types that Highwall does not know.
+// Calls that must not compile, and variables of types unknown to Highwall.
 
 #include <highwall/core/variable.h>
 
@@ -55,7 +55,7 @@ constexpr bool kOnlyTheDeclaredVariablesCompile =
     !CanAdd<Graph, std::unique_ptr<VectorPrior<3>>, UnitDirection> &&
     !CanAdd<Graph, std::unique_ptr<VectorPrior<6>>, Segment3> &&
     CanAdd<Graph, std::unique_ptr<VectorPrior<1>>, double> &&
-    // A factor that declares nothing is checked when it is added.
+    // A factor without declared types is checked when it is added.
     CanAdd<Graph, std::unique_ptr<ceres::CostFunction>, Pose, Point>;
 
 TEST(VariableTypes, OnlyTheDeclaredVariablesCompile) {
@@ -96,7 +96,7 @@ TEST(VariableTypes, HandlesOfOneKindDoNotCompileAsAnother) {
   static_assert(CanSet<Pose, Pose> && !CanSet<Pose, Point> && !CanSet<Point, UnitDirection>);
 }
 
-// An angle, of which Highwall knows nothing: its block is (cos, sin).
+// An angle type unknown to Highwall: its block is (cos, sin).
 class CircleManifold final : public ceres::Manifold {
  public:
   int AmbientSize() const override { return 2; }
@@ -134,7 +134,7 @@ class AngleOn {
 };
 using Angle = AngleOn<CircleManifold>;
 
-// 1 rad between two angles.
+// Constrains two angles to differ by 1 rad.
 struct OneRadian {
   template <class S>
   bool operator()(const S* x, const S* y, S* r) const {
@@ -154,7 +154,8 @@ TEST(VariableTypes, AUsersTypeBringsItsOwnManifold) {
   const SolveSummary summary = graph.Solve(
       {.function_tolerance = 0.0, .gradient_tolerance = 1e-15, .parameter_tolerance = 1e-15});
   EXPECT_EQ(summary.status, SolveStatus::kConverged) << summary.message;
-  // Across half a turn, and still on the circle: both to rounding, the residual is linear in d.
+  // The estimate crosses half a turn and stays on the circle. Both hold to rounding, because the
+  // residual is linear in d.
   EXPECT_NEAR(graph.Value(y).angle(), 4.0 - 2.0 * M_PI, 1e-12);
   EXPECT_NEAR(std::hypot(graph.Block(y)[0], graph.Block(y)[1]), 1.0, 1e-14);
   EXPECT_NEAR((*graph.Covariance(y))(0, 0), 1.0, 1e-12);

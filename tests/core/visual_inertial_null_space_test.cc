@@ -16,15 +16,15 @@
 #include "point_observation.h"
 #include "random_states.h"
 
-// A visual-inertial window of poses, velocities and points, without any absolute measurement:
-// gravity gives roll and pitch; position and yaw stay unobservable for ever.
+// A visual-inertial window of poses, velocities and points without any absolute measurement:
+// gravity gives roll and pitch, and position and yaw stay unobservable.
 namespace highwall::visual_inertial_null_space_test {
 namespace {
 
 const Eigen::Vector3d kGravity(0, 0, -9.81);
 constexpr double kStep = 0.1;  // [s] between states
 
-// Preintegrated motion from i to j: r = R_i^T (v_j - v_i - g dt) - dv, and the like.
+// Preintegrated motion from i to j: r = R_i^T (v_j - v_i - g dt) - dv, and likewise for the rest.
 struct Motion {
   Eigen::Quaterniond dR;
   Eigen::Vector3d dv, dp;
@@ -62,7 +62,8 @@ struct Leak {
   double yaw = 0.0;
 };
 
-// What the prior says along the unobservable directions, at its linearization points.
+// Measures the information of the prior along the unobservable directions at its linearization
+// points.
 Leak Measure(const MarginalPrior& prior) {
   Eigen::MatrixXd N = Eigen::MatrixXd::Zero(prior.A().cols(), 4);
   for (std::size_t i = 0; i < prior.blocks().size(); ++i) {
@@ -70,7 +71,7 @@ Leak Measure(const MarginalPrior& prior) {
     const double* x = prior.blocks()[i].linearization_point.data();
     const Eigen::Vector3d head(x[0], x[1], x[2]);
     const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-    N.block<3, 1>(c, 3) = up.cross(head);  // a position, point or velocity turns about z
+    N.block<3, 1>(c, 3) = up.cross(head);  // a position, point or velocity rotates about z
     if (prior.blocks()[i].manifold != nullptr) {
       N.block<3, 3>(c, 0).setIdentity();
       N.block<3, 1>(c + 3, 3) = Pose::FromBlock(x).R().transpose() * up;
@@ -108,7 +109,8 @@ class Window {
           std::make_unique<ceres::AutoDiffCostFunction<Motion, 9, 7, 3, 7, 3>>(new Motion(motion)),
           poses_[j - 1], velocities_[j - 1], poses_[j], velocities_[j]);
     }
-    // One new point; each is seen from six states. They are plain variables: the prior ties them.
+    // One new point is added, and each is observed from six states. Points are plain variables, so
+    // the prior links them.
     truths_.emplace_back(truth.T * random_.Vector(3.0));
     points_.push_back(graph_.AddVariable(Point(truths_.back() + random_.Vector(0.1))));
     for (std::size_t i = points_.size() - std::min<std::size_t>(6, points_.size());
@@ -118,7 +120,7 @@ class Window {
     }
   }
 
-  // Takes the oldest state and the oldest point out.
+  // Removes the oldest state and the oldest point.
   void RemoveOldest() {
     const std::vector<VariableId> removed = {poses_.front(), velocities_.front(), points_.front()};
     std::vector<double*> blocks;
@@ -137,7 +139,7 @@ class Window {
     truths_.pop_front();
   }
 
-  // Of the whole window, prior and factors together.
+  // Null space of the whole window, prior and factors together.
   int NullSpace() {
     std::vector<double*> blocks;
     graph_.problem().GetParameterBlocks(&blocks);
@@ -189,10 +191,10 @@ TEST(VisualInertialNullSpace, KeepsZeroInformationWithFirstEstimateJacobians) {
 
 TEST(VisualInertialNullSpace, LeaksYawWithoutFirstEstimateJacobians) {
   const Outcome outcome = Marginalize200Times(false);
-  // Translation does not depend on where the factors are linearized.
+  // Translation does not depend on the linearization points.
   EXPECT_LT(outcome.leak.translation, 1e-9);
   EXPECT_GT(outcome.leak.yaw, 1e-5);
-  EXPECT_EQ(outcome.null_space, 3);  // yaw is taken for known
+  EXPECT_EQ(outcome.null_space, 3);  // yaw appears observable
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ TEST(WorkerTeam, DoesEveryTaskOnceInEveryRound) {
 
 TEST(WorkerTeam, TasksRunSideBySide) {
   WorkerTeam team(2);
-  // Each waits for the other: one after the other would wait for ever.
+  // Each task waits for the other, so running them sequentially would never end.
   std::array<std::atomic<bool>, 2> here{};
   std::array<std::size_t, 2> worker_of{};
   team.Run(2, [&](std::size_t worker, std::size_t task) {
@@ -36,7 +36,7 @@ TEST(WorkerTeam, TasksRunSideBySide) {
     here[1 - task].wait(false);
   });
   EXPECT_TRUE(here[0] && here[1]);
-  // What belongs to a worker is found by its number.
+  // Data of a worker are found by its number.
   EXPECT_EQ(std::minmax(worker_of[0], worker_of[1]), std::minmax<std::size_t>(0, 1));
 }
 
@@ -49,7 +49,7 @@ TEST(WorkerTeam, WorkersAreNumberedFromZero) {
 
 TEST(WorkerTeam, AWorkerDoesOneTaskAtATime) {
   WorkerTeam team(3);
-  std::vector<int> done(3, 0);  // by each worker; a race if two of one number ran side by side
+  std::vector<int> done(3, 0);  // by each worker; a data race if two of one number ran concurrently
   for (int round = 0; round < 100; ++round) {
     team.Run(50, [&](std::size_t worker, std::size_t) { ++done.at(worker); });
   }

@@ -13,14 +13,15 @@ namespace {
 
 const double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// The weight after the measures have been steady for a while.
+// Returns the weight after the measures have been constant for a while.
 double Settled(const MotionMeasures& measures, PaperImuWeight weight = PaperImuWeight()) {
   for (int i = 0; i < 100; ++i) weight.Update(measures);
   return weight.weight();
 }
 
 TEST(MeasureMotion, IsRootMeanSquareAndStandardDeviation) {
-  // Rates 3 and 4 rad/s beside a bias: RMS sqrt(12.5). |a| 8 and 12: standard deviation 2.
+  // Rates of 3 and 4 rad/s in addition to a bias: RMS sqrt(12.5). |a| of 8 and 12: standard
+  // deviation 2.
   const std::vector<ImuSample> samples = {{0, {3.1, 0, 0}, {0, 0, 8.2}},
                                           {1, {0.1, 4, 0}, {0, 12, 0.2}}};
   const ImuBias bias = (ImuBias() << 0.1, 0, 0, 0, 0, 0.2).finished();
@@ -41,13 +42,13 @@ TEST(PaperImuWeight, LiesFrom30To40PercentAtRestAndInSlowMotion) {
 
 TEST(PaperImuWeight, LiesFrom70To80PercentInRapidMotionVibrationAndBlur) {
   const MotionMeasures regimes[] = {
-      {.angular_rate = 1.0},       // turning
+      {.angular_rate = 1.0},       // fast rotation
       {.accelerometer_std = 2.5},  // vibration
       {.sharpness = 0.3},          // blur
-      {.tracked_share = 0.2},      // features lost
+      {.tracked_share = 0.2},      // most features lost
       {.angular_rate = 3.0, .accelerometer_std = 5.0, .sharpness = 0.1, .tracked_share = 0.0}};
   for (const MotionMeasures& measures : regimes) {
-    // Started there, and come there from rest.
+    // Tested once with a start in the regime, and once coming from rest.
     EXPECT_EQ(PaperImuWeight().Update(measures), 0.8);
     PaperImuWeight from_rest;
     from_rest.Update({});
@@ -119,12 +120,12 @@ TEST(PaperImuWeight, HasHysteresis) {
   const double up = settle(0.6);
   settle(2.0);
   const double down = settle(0.6);
-  EXPECT_GT(down, up + 0.1);  // the same motion, come to from above and from below
-  // A small tremble about a settled state has no effect at all: 0.1 of activity is 0.08 rad/s.
+  EXPECT_GT(down, up + 0.1);  // the same motion, reached from above and from below
+  // A small oscillation about a settled state has no effect: 0.1 of activity is 0.08 rad/s.
   for (int i = 0; i < 20; ++i) {
     EXPECT_EQ(weight.Update({.angular_rate = 0.6 + (i % 2 == 0 ? 0.07 : -0.0)}), down);
   }
-  // Without hysteresis both ways meet.
+  // Without hysteresis both directions give the same weight.
   PaperImuWeight plain(PaperImuWeightOptions{.hysteresis = 0.0});
   for (const double rate : {0.0, 0.6}) {
     for (int i = 0; i < 50; ++i) plain.Update({.angular_rate = rate});
@@ -167,7 +168,8 @@ TEST(ChiSquaredQuantile, MatchesTheTables) {
   EXPECT_THROW(ChiSquaredQuantile(0.5, 0), InvalidArgument);
 }
 
-// Squared innovation of nine rows whose covariance is `inflation` times the assumed one.
+// Returns the squared innovation of nine rows whose covariance is `inflation` times the assumed
+// one.
 double Innovation(std::mt19937& rng, double inflation) {
   std::chi_squared_distribution<double> chi2(9.0);
   return inflation * chi2(rng);
@@ -181,7 +183,7 @@ TEST(ConsistentImuWeight, StaysOneWhereTheInnovationsFitTheirCovariance) {
     weight.Update(Innovation(rng, 1.0), 9);
     inflated += weight.IsInflated();
   }
-  // A test at 1 % on windows that overlap, released at 10 %.
+  // A test at the 1 % level on overlapping windows, released at 10 %.
   EXPECT_LT(inflated, 100);
 }
 
@@ -210,7 +212,7 @@ TEST(ConsistentImuWeight, ComesBackAfterADisturbanceWithoutAJump) {
 }
 
 TEST(ConsistentImuWeight, HasHysteresis) {
-  // 90 rows: the bounds are 124 (99 %) and 108 (90 %); 11.6 a time sums up to 116.
+  // 90 rows: the bounds are 124 (99 %) and 108 (90 %), and 11.6 per innovation adds up to 116.
   const auto after = [](double first) {
     ConsistentImuWeight weight;
     for (int i = 0; i < 20; ++i) weight.Update(first, 9);

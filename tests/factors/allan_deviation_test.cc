@@ -17,7 +17,7 @@ std::vector<AllanPoint> CurveOf(const std::vector<double>& readings, double step
   return AllanDeviation(std::vector<std::vector<double>>{readings}, step);
 }
 
-// A curve without chance: that of the model, in octaves.
+// A deterministic curve: that of the model, in octaves.
 std::vector<AllanPoint> ModelCurve(double white, double instability, double walk) {
   const NoiseDensities densities{{white}, {instability}, {walk}};
   std::vector<AllanPoint> curve;
@@ -28,8 +28,9 @@ std::vector<AllanPoint> ModelCurve(double white, double instability, double walk
 }
 
 TEST(AllanDeviation, OfSixReadingsIsThatByHand) {
-  // Differences of neighbours 2, -1, 3, -4, 2: squares 34, half their mean 3.4; of means over two
-  // readings, 2 apart: 2.5 - 2, 2.5 - 3.5 ... integrated 0 1 4 6 11 12 15.
+  // The differences of neighbours are 2, -1, 3, -4, 2: their squares sum up to 34, and half their
+  // mean is 3.4. For means over two readings, 2 apart: 2.5 - 2, 2.5 - 3.5 ... integrated 0 1 4 6 11
+  // 12 15.
   const auto curve = CurveOf({1, 3, 2, 5, 1, 3}, 0.5);
   ASSERT_EQ(curve.size(), 2U);
   EXPECT_EQ(curve[0].tau, 0.5);
@@ -51,7 +52,7 @@ TEST(AllanDeviation, OfWhiteNoiseFallsWithTheRootOfTheTime) {
 
 TEST(AllanDeviation, OfARandomWalkRisesWithTheRootOfTheTime) {
   for (const AllanPoint& point : CurveOf(NoisyReadings(2, 100'000, 100.0, 0.0, 3e-4), 0.01)) {
-    if (point.tau < 0.1) continue;  // the steps of the walk show
+    if (point.tau < 0.1) continue;  // the discrete steps of the walk are visible
     if (point.freedom < 50.0) break;
     const double expected = 3e-4 * std::sqrt(point.tau / 3.0);
     EXPECT_NEAR(point.deviation / expected, 1.0, 4.0 / std::sqrt(2.0 * point.freedom)) << point.tau;
@@ -60,7 +61,7 @@ TEST(AllanDeviation, OfARandomWalkRisesWithTheRootOfTheTime) {
 
 TEST(AllanDeviation, ItsFreedomSaysHowFarItScatters) {
   constexpr int kSeeds = 400;
-  // Freedom found over that said.
+  // Returns the ratio of the measured degrees of freedom to the stated ones.
   const auto ratio = [](double white, double walk, std::size_t octave) {
     double sum = 0.0, squares = 0.0, freedom = 0.0;
     for (unsigned seed = 0; seed < kSeeds; ++seed) {
@@ -73,8 +74,9 @@ TEST(AllanDeviation, ItsFreedomSaysHowFarItScatters) {
     const double mean = sum / kSeeds, variance = squares / kSeeds - mean * mean;
     return 2.0 * mean * mean / variance / freedom;
   };
-  // 400 seeds know a variance to 10 % (one standard error). The freedom is the smaller of what
-  // white noise and a walk leave, by a third too small where the noise is white.
+  // 400 seeds give a variance to 10 % (one standard error). The stated freedom is the smaller of
+  // that of white noise and that of a random walk, which is by a third too small where the noise is
+  // white.
   EXPECT_NEAR(ratio(1e-3, 0.0, 2), 1.5, 0.3);
   EXPECT_NEAR(ratio(1e-3, 0.0, 5), 1.5, 0.3);
   EXPECT_NEAR(ratio(0.0, 1e-3, 5), 1.0, 0.3);
@@ -101,7 +103,7 @@ TEST(AllanDeviation, IsEmptyOfTooFewAndRefusesWhatIsNotFinite) {
 
 TEST(FitAllanCurve, FindsTheDensitiesOfACurveOfTheModel) {
   const NoiseDensities fit = FitAllanCurve(ModelCurve(1.7e-4, 6e-5, 3e-6));
-  // The iterations end where the likelihood changes by 1e-12 of itself.
+  // The iterations end where the relative change of the likelihood is below 1e-12.
   EXPECT_NEAR(fit.white.value, 1.7e-4, 1e-3 * 1.7e-4);
   EXPECT_NEAR(fit.instability.value, 6e-5, 1e-3 * 6e-5);
   EXPECT_NEAR(fit.walk.value, 3e-6, 1e-3 * 3e-6);
@@ -118,7 +120,7 @@ TEST(FitAllanCurve, SaysWhatIsNotThereAndHowMuchOfItCouldBe) {
   EXPECT_FALSE(fit.walk.IsSeen());
   EXPECT_FALSE(fit.instability.IsSeen());
   EXPECT_GT(fit.walk.high, 0.0);
-  // At the longest time nothing but the walk would be three times the curve.
+  // At the longest time the walk alone would be three times the curve.
   EXPECT_LT(fit.walk.high, 3.0 * 1e-3 * std::sqrt(3.0) / 2621.44);
 }
 

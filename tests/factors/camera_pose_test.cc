@@ -32,7 +32,7 @@ Matrix6 TestWeight(std::mt19937& rng) {
 }
 
 TEST(CameraPose, MovesTheBodyToTheInstantOfTheImage) {
-  // The camera 0.5 m ahead of a body that moves along x at 2 m/s and turns about z at 1 rad/s.
+  // The camera is 0.5 m ahead of a body that moves along x at 2 m/s and rotates about z at 1 rad/s.
   const Pose T_BC = Pose::FromTangent({0.5, 0, 0}, {0, 0, 0});
   const CameraPose f(Pose(), Matrix6::Identity(), T_BC, {0, 0, 1}, 0.01);
   const auto at = [&](double t_d) {
@@ -41,7 +41,7 @@ TEST(CameraPose, MovesTheBodyToTheInstantOfTheImage) {
   Vector6 expected;
   expected << 1.5, 0, 0, 0, 0, 0;
   EXPECT_LT((at(0.01) - expected).norm(), 1e-14);
-  // 0.1 s later: 0.2 m on, turned by 0.1 rad, and the camera with it.
+  // 0.1 s later the body has moved by 0.2 m and rotated by 0.1 rad, and the camera with it.
   expected << 1.2 + 0.5 * std::cos(0.1), 0.5 * std::sin(0.1), 0, 0, 0, 0.1;
   EXPECT_LT((at(0.11) - expected).norm(), 1e-14);
 }
@@ -59,7 +59,7 @@ TEST(CameraPose, WeighsTheErrorByTheSquareRootOfTheInformation) {
 TEST(CameraPose, ADirectionWithoutInformationCostsNothing) {
   std::mt19937 rng(91);
   Matrix6 W = Matrix6::Identity();
-  W(1, 1) = 0.0;  // y of the position is open
+  W(1, 1) = 0.0;  // y of the position is unobservable
   const Pose T_0 = Pose::FromTangent({1, 2, 3}, {0.1, 0.2, 0.3});
   const CameraPose f(T_0, W, Pose(), Eigen::Vector3d::Zero());
   const Pose T_WB(T_0.q(), T_0.p() + Eigen::Vector3d(0, 5, 0));
@@ -88,7 +88,7 @@ void CheckAt(std::mt19937& rng, const Pose& T_WB, const Vector6& error, double m
   const Matrix6 W = TestWeight(rng);
   const Eigen::Vector3d omega_B = RandomVector(rng, 2.0), v_WB = RandomVector(rng, 2.0);
   const double d = Uniform(rng, -max_offset, max_offset);
-  // The image's pose is `error` away from that of the state.
+  // The pose of the image deviates by `error` from that of the state.
   const Pose T_WB_d(T_WB.q() * so3::Exp(d * omega_B), T_WB.p() + d * v_WB);
   const Pose T_WC_0 = (T_WB_d * T_BC).Plus(error);
   const CameraPose f(T_WC_0, W, T_BC, omega_B, 0.01);
@@ -136,7 +136,7 @@ TEST(CameraPose, AMovedWorldTurnsThePositionRowsOnly) {
 }
 
 TEST(CameraPose, SolvesForTheOffsetOfAMovingBody) {
-  // Images taken 30 ms later than their stamps say, states known in the IMU's time.
+  // The images are taken 30 ms later than their stamps, and the states are known in the IMU's time.
   constexpr double kOffset = 0.03;
   std::mt19937 rng(96);
   const Pose T_BC = RandomPose(rng);
@@ -156,8 +156,8 @@ TEST(CameraPose, SolvesForTheOffsetOfAMovingBody) {
                     pose, velocity, t_d);
   }
   ASSERT_TRUE(graph.Solve().IsUsable());
-  // Velocity and rate are taken for constant: half the acceleration times (30 ms)^2, 2 mm of 50,
-  // of either sign, which average out.
+  // Velocity and rate are assumed constant: the error is half the acceleration times (30 ms)^2, 2
+  // mm of 50, of either sign, and averages out.
   EXPECT_NEAR(graph.Value(t_d), kOffset, 3e-4);
 }
 

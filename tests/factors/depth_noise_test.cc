@@ -25,7 +25,8 @@ TEST(DepthNoise, StereoGrowsWithTheSquareOfDepth) {
 }
 
 TEST(DepthNoise, StereoNoiseIsConstantInDisparity) {
-  // The virtual pair sees the sensor's own subpixel noise, scaled by the two focal baselines.
+  // The virtual pair has the sensor's own subpixel noise, scaled by the ratio of the two focal
+  // baselines.
   const DepthNoise noise = DepthNoise::Stereo(0.1, 400.0, 0.05);
   const VirtualRightCamera right{.fx = 600.0, .baseline = 0.1};
   for (const double d : {0.3, 1.0, 3.0}) {
@@ -48,13 +49,13 @@ TEST(DepthNoise, DisparitySigmaIsTheSpreadOfDisparitiesOfNoisyDepths) {
     }
     const double mean = sum / kSamples;
     const double sigma = std::sqrt(squares / kSamples - mean * mean);
-    // 20000 samples fix a standard deviation to 0.5 % (one sigma).
+    // 20000 samples determine a standard deviation to 0.5 % (one sigma).
     EXPECT_NEAR(sigma / noise.DisparitySigma(d, right), 1.0, 0.02) << d;
   }
 }
 
 TEST(DepthNoise, EqualSigmasUnderweightDepthThirteenfoldAtTwoMetres) {
-  // One sigma for (u, v, u_R) weights depth too weakly: docs/equations.md, section 3.
+  // A common sigma for (u, v, u_R) weights depth too weakly: docs/equations.md, section 3.
   const VirtualRightCamera right{.fx = 525.0, .baseline = 0.08};
   const double sigma_delta = DepthNoise::Kinect().DisparitySigma(2.0, right);
   EXPECT_NEAR(1.0 / sigma_delta, 15.7, 0.1);
@@ -72,7 +73,7 @@ TEST(DepthNoise, ValidateNamesTheField) {
   };
   EXPECT_EQ(message({}), "");
   EXPECT_EQ(message({.offset = 0.0, .reference = 0.0}), "");
-  // Sigma(reference) would be zero, and its inverse a weight.
+  // Sigma(reference) would be zero, but its inverse is a weight.
   EXPECT_NE(message({.offset = 0.0}).find("DepthNoise::offset"), std::string::npos);
   EXPECT_NE(message({.offset = -0.1}).find("DepthNoise::offset"), std::string::npos);
   EXPECT_NE(message({.quadratic = nan}).find("DepthNoise::quadratic"), std::string::npos);
@@ -91,7 +92,7 @@ TEST(PointSqrtInformation, CovarianceWeightsEachRowByItsOwnSigma) {
 
 TEST(PointSqrtInformation, PaperGivesRowsOfTheRightImageWithOneSigma) {
   const Eigen::Matrix3d W = PointSqrtInformation(Weighting::kPaper, 2.0, 0.25);
-  // Errors (4, 6) px of the pixel and 10 px of the disparity: u_R is off by 4 - 10.
+  // Errors of (4, 6) px of the pixel and 10 px of the disparity: the error of u_R is 4 - 10.
   EXPECT_EQ(W * Eigen::Vector3d(4.0, 6.0, 10.0), Eigen::Vector3d(2.0, 3.0, -3.0));
 }
 

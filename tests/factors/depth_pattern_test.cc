@@ -35,7 +35,7 @@ TEST(DepthPattern, HasItsNodesWhereTheyLie) {
 }
 
 TEST(DepthPattern, IsBilinearBetweenItsNodes) {
-  // A bilinear function of the pixel is met everywhere, not in its nodes alone.
+  // A bilinear function of the pixel is reproduced everywhere, not only at the nodes.
   const auto plane = [](double u, double v) { return 1e-3 + 2e-5 * u - 3e-5 * v + 4e-8 * u * v; };
   DepthPattern pattern;
   for (int row = 0; row < DepthPattern::kRows; ++row) {
@@ -50,7 +50,7 @@ TEST(DepthPattern, IsBilinearBetweenItsNodes) {
     const DepthPattern::Vector shares = DepthPattern::Shares(x, y, kWidth, kHeight);
     EXPECT_NEAR(shares.sum(), 1.0, 1e-15);
     EXPECT_GE(shares.minCoeff(), 0.0);
-    EXPECT_NEAR(shares.dot(pattern.nodes), plane(x, y), 1e-15);  // of numbers about 0.01
+    EXPECT_NEAR(shares.dot(pattern.nodes), plane(x, y), 1e-15);  // for numbers of about 0.01
     EXPECT_NEAR(At(pattern, x, y), plane(x, y), 1e-15);
   }
 }

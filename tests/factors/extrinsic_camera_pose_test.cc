@@ -61,7 +61,7 @@ TEST(ExtrinsicCameraPose, JacobiansMatchCentralDifferencesAndTheAutodiffTwin) {
   std::mt19937 rng(111);
   for (int i = 0; i < 60; ++i) {
     SCOPED_TRACE(i);
-    // Angles of the rotation error, tiny and near pi among them.
+    // Angles of the rotation error, including tiny ones and ones near pi.
     const double angle = i % 3 == 0 ? 1e-8 : i % 3 == 1 ? Uniform(rng, 0.1, 2.0) : M_PI - 1e-3;
     const Pose T_WB = RandomPose(rng), T_BC = RandomPose(rng);
     const Matrix6 W = TestWeight(rng);

@@ -24,7 +24,7 @@ namespace {
 const PoseManifold kPoseManifold;
 const LineManifold kLineManifold;
 
-// Of a camera that is its own body.
+// Returns the projection of a camera whose body is the camera itself.
 RgbdProjection OfCamera(const twins::Rig& rig) {
   return RgbdProjection(rig.camera, Pose(), rig.right);
 }
@@ -43,8 +43,8 @@ std::shared_ptr<const ceres::CostFunction> SomeLine(const twins::Rig& rig, const
                                                            OfCamera(rig));
 }
 
-// check(rng, rig, T_WB, p_W, z) at fifty poses of a body whose camera sits anywhere; z: what it
-// sees of p_W, a pixel or two off.
+// Calls check(rng, rig, T_WB, p_W, z) at fifty poses of a body with a random camera pose. z is the
+// observation of p_W with an error of a pixel or two.
 template <typename Check>
 void AtRandomMounts(unsigned seed, const Check& check) {
   std::mt19937 rng(seed);
@@ -63,7 +63,7 @@ TEST(ExtrinsicFactor, OfAPointIsItsReprojectionWithFreeExtrinsics) {
     const ExtrinsicFactor f(SomePoint(rig, z));
     const PointReprojectionRgbdExtrinsics same(z, Eigen::Matrix3d::Identity(), OfCamera(rig));
     const std::vector<Block> blocks = {ToBlock(T_WB), ToBlock(p_W), ToBlock(rig.T_BC)};
-    // Of some hundred pixels.
+    // For values of some hundred pixels.
     EXPECT_LT((Residual(f, blocks) - Residual(same, blocks)).norm(), 1e-10);
   });
 }

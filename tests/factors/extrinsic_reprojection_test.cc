@@ -31,7 +31,8 @@ TEST(ExtrinsicReprojection, MatchesHandComputedValues) {
   camera.cy = 240.0;
   const PointReprojectionExtrinsics f({320.0, 240.0}, Eigen::Matrix2d::Identity(),
                                       RgbdProjection(camera, Pose()));
-  // Body 1 m back, camera 0.5 m ahead of it and 0.1 m to the right: p_C = (-0.1, 0, 2.5).
+  // The body is 1 m back, the camera 0.5 m ahead of it and 0.1 m to the right: p_C = (-0.1, 0,
+  // 2.5).
   const Pose T_WB = Pose::FromTangent({0, 0, -1}, {0, 0, 0});
   const Pose T_BC = Pose::FromTangent({0.1, 0, 0.5}, {0, 0, 0});
   EXPECT_LT(
@@ -45,7 +46,7 @@ TEST(ExtrinsicReprojection, IsPointReprojectionAtTheCalibratedExtrinsics) {
   for (int i = 0; i < 20; ++i) {
     const Pose T_WB = RandomPose(rng);
     const Eigen::Vector3d p_W = RandomPointInView(rng, rig, T_WB), z(300.0, 200.0, 15.0);
-    // The extrinsics of the projection must not matter.
+    // The extrinsics of the projection must not have an effect.
     const RgbdProjection other(rig.camera, RandomPose(rng), rig.right);
     const PointReprojectionRgbdExtrinsics f(z, TestWeight(), other);
     const PointReprojectionRgbd g(z, TestWeight(), Projection(rig));

@@ -12,7 +12,7 @@ namespace {
 
 constexpr Stamp kMs = 1'000'000;
 
-// The gyroscope reads the time in seconds along x, the accelerometer ten times that along z.
+// The gyroscope reads the time in seconds along x, and the accelerometer ten times that along z.
 ImuSample At(Stamp stamp) {
   const double t = ToSeconds(stamp);
   return {stamp, {t, 0.0, 0.0}, {0.0, 0.0, 10.0 * t}};
@@ -74,10 +74,10 @@ TEST(ImuBuffer, ReportsGapsAboveATenthOfASecond) {
   const ImuBuffer buffer = Filled({0, 5 * kMs, 106 * kMs, 110 * kMs, 210 * kMs});
   const auto interval = buffer.Between(0, 210 * kMs);
   ASSERT_TRUE(interval);
-  // 101 ms is a gap, 100 ms is none.
+  // 101 ms is a gap, and 100 ms is not.
   EXPECT_EQ(interval->gaps, 1);
   EXPECT_NEAR(interval->largest_step, 0.101, 1e-12);
-  // A gap counts for an interval that lies inside of it.
+  // A gap also counts for an interval inside it.
   EXPECT_TRUE(buffer.Between(50 * kMs, 60 * kMs)->HasGap());
   EXPECT_FALSE(buffer.Between(106 * kMs, 110 * kMs)->HasGap());
 }
@@ -129,10 +129,11 @@ ImuSample Still(Stamp stamp) {
   return {stamp, {0.0, 0.0, 0.0}, {0.0, 0.0, 9.8}};
 }
 
-// Both ends of the horizon of 30 s included, one every 5 ms.
+// Number of readings, one every 5 ms, in the horizon of 30 s with both ends included.
 constexpr std::size_t kHeld = 6001;
 
-// 100 s of readings every 5 ms, among which one has this stamp; how many are kept.
+// Feeds 100 s of readings, one every 5 ms, with one more of this stamp among them, which must be
+// rejected without an effect on the others.
 void ExpectToGoOn(Stamp wrong) {
   ImuBuffer buffer;
   for (Stamp stamp = 0; stamp < 100'000 * kMs; stamp += 5 * kMs) {

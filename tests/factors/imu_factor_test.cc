@@ -29,14 +29,15 @@ const std::vector<const ceres::Manifold*> kGravityManifolds = {&kPose,  nullptr,
 
 constexpr double kDuration = 0.5;
 
-// Half a second of the motion from `start` [s] on, read at `hertz`.
+// Half a second of the motion from `start` [s], sampled at `hertz`.
 ImuPreintegration TestImuFrom(const SinusoidalMotion& motion, double start,
                               const ImuBias& bias = ImuBias::Zero(), int hertz = 200) {
   std::vector<ImuSample> samples;
   for (int i = 0; i <= hertz / 2; ++i) {
     samples.push_back(motion.SampleAt(FromSeconds(start + i / static_cast<double>(hertz))));
   }
-  // Noise of a size that leaves whitened Jacobians near one, where differences are accurate.
+  // The noise is chosen so that the whitened Jacobians are near one, where differences are
+  // accurate.
   const ImuPreintegrationOptions options{.noise = {.gyroscope = 0.5,
                                                    .accelerometer = 1.0,
                                                    .gyroscope_walk = 0.4,
@@ -76,7 +77,7 @@ ImuBias RandomBias(std::mt19937& rng) {
   return (ImuBias() << RandomVector(rng, 0.1), RandomVector(rng, 0.5)).finished();
 }
 
-// Anywhere: rotation errors up to pi.
+// Random states with rotation errors of up to pi.
 Ends RandomEnds(std::mt19937& rng) {
   return {{RandomPose(rng), RandomVector(rng, 3.0)},
           {RandomPose(rng), RandomVector(rng, 3.0)},
@@ -85,13 +86,13 @@ Ends RandomEnds(std::mt19937& rng) {
 }
 
 TEST(ImuFactor, IsZeroOnTheTrueMotion) {
-  // Fourth order at 200 Hz leaves 1e-6; the whitening is near one.
+  // Fourth-order integration at 200 Hz leaves 1e-6, and the whitening is near one.
   const ImuFactor f(TestImu(), kGravity);
   EXPECT_LT(Residual(f, Truth().Blocks()).norm(), 1e-5);
 }
 
 TEST(ImuFactor, MatchesHandComputedValues) {
-  // At rest for one second, with the end state wrong by known amounts.
+  // At rest for one second, with known errors of the end state.
   std::vector<ImuSample> samples;
   for (int i = 0; i <= 100; ++i) samples.push_back({i * 10'000'000, {0, 0, 0}, {0, 0, 9.81}});
   const ImuPreintegration imu(samples, ImuBias::Zero());
@@ -152,7 +153,7 @@ TEST(ImuFactor, JacobiansHoldAtTheEdges) {
   }
 }
 
-// T_NW applied to both ends.
+// Applies T_NW to both ends.
 Ends Moved(const Ends& ends, const Pose& T_NW) {
   Ends moved = ends;
   for (ImuState* state : {&moved.i, &moved.j}) {
@@ -170,7 +171,7 @@ TEST(ImuFactor, DoesNotChangeWhenTheWorldMovesAndTurnsAboutTheVertical) {
     const Pose T_NW = Pose::FromTangent(RandomVector(rng, 5.0), {0, 0, Uniform(rng, -3.0, 3.0)});
     const Eigen::VectorXd before = Residual(f, ends.Blocks());
     EXPECT_LT((Residual(f, Moved(ends, T_NW).Blocks()) - before).norm(), 1e-11 * before.norm());
-    // A tilt does change it.
+    // A tilt does change the residual.
     const Pose tilt = Pose::FromTangent({0, 0, 0}, {0.1, 0, 0});
     EXPECT_GT((Residual(f, Moved(ends, tilt).Blocks()) - before).norm(), 1e-3);
   }
@@ -191,7 +192,8 @@ TEST(ImuGravityFactor, DoesNotChangeWhenTheWorldAndGravityTurnTogether) {
 }
 
 TEST(ImuFactor, HasTheFourDimensionalNullSpaceOfPositionAndYaw) {
-  // Five states, with IMU factors and, for what vision would say, relative poses between them.
+  // Five states with IMU factors, and with relative poses between them in place of visual
+  // constraints.
   constexpr int kStates = 5, kDim = 15, kRows = kDim + 6;
   const SinusoidalMotion motion(2.0);
   std::vector<ImuState> states;
@@ -220,7 +222,7 @@ TEST(ImuFactor, HasTheFourDimensionalNullSpaceOfPositionAndYaw) {
     rows.col(3).segment<3>(6) = up.cross(state.v_WB);
   }
   EXPECT_LT((J * null_space).cwiseAbs().maxCoeff(), 1e-9);
-  // And nothing else: four singular values vanish, the fifth does not.
+  // The null space has no other direction: four singular values vanish, and the fifth does not.
   const Eigen::VectorXd s = Eigen::JacobiSVD<Eigen::MatrixXd>(J).singularValues();
   EXPECT_LT(s(s.size() - 4), 1e-12 * s(0));
   EXPECT_GT(s(s.size() - 5), 1e-4 * s(0)) << s.tail<6>().transpose();
@@ -243,7 +245,8 @@ TEST(ImuFactor, SolvesForVelocityAndBiasFromKnownPoses) {
   }
   for (std::size_t k = 0; k + 1 < kStates; ++k) {
     const double start = static_cast<double>(k) * kDuration;
-    // Integrated at the bias itself, as after a reintegration: the first-order term has no error.
+    // Integrated at the true bias, as after a reintegration, so the first-order correction has no
+    // error.
     graph.AddFactor(std::make_unique<ImuFactor>(TestImuFrom(motion, start, bias, 1000), kGravity),
                     poses[k], velocities[k], biases[k], poses[k + 1], velocities[k + 1],
                     biases[k + 1]);

@@ -16,7 +16,7 @@ const ImuNoise kNoise{
     .gyroscope = 1.7e-4, .accelerometer = 2e-3, .gyroscope_walk = 2e-5, .accelerometer_walk = 3e-4};
 constexpr double kHertz = 200.0;
 
-// Turns and sways from `begin` to `end` [s].
+// Adds a rotation and a sway from `begin` to `end` [s].
 void Move(double begin, double end, std::vector<ImuSample>* samples) {
   for (ImuSample& sample : *samples) {
     const double t = ToSeconds(sample.stamp);
@@ -33,10 +33,10 @@ double Seconds(std::size_t readings) {
 TEST(FindRest, FindsTheStretchesBetweenMotions) {
   auto samples = ImuAtRest(1, 40.0, kHertz, kNoise);
   Move(10.0, 18.0, &samples);
-  Move(20.0, 25.0, &samples);  // 2 s between both are too short
+  Move(20.0, 25.0, &samples);  // the 2 s in between are too short
   const auto rest = FindRest(samples);
   ASSERT_EQ(rest.size(), 2U);
-  // Windows of half a second that rest as a whole.
+  // Only windows of half a second that are stationary as a whole count.
   EXPECT_EQ(rest[0].begin, 0U);
   EXPECT_LE(Seconds(rest[0].end), 10.0);
   EXPECT_GE(Seconds(rest[0].end), 9.4);
@@ -55,11 +55,11 @@ TEST(FindRest, AGapEndsARest) {
 
 TEST(FindRest, AHandThatHoldsStillIsNoRestBesideATable) {
   auto samples = ImuAtRest(3, 30.0, kHertz, kNoise);
-  for (std::size_t i = 2'000; i < 4'000; ++i) {  // tremor, below what IsStationary calls motion
+  for (std::size_t i = 2'000; i < 4'000; ++i) {  // tremor, below the threshold of IsStationary
     samples[i].gyroscope.y() += 0.008 * std::sin(2.0 * M_PI * 9.0 * ToSeconds(samples[i].stamp));
   }
   ASSERT_TRUE(IsStationary(std::span(samples).subspan(2'500, 100)));
-  constexpr std::size_t kWindow = 101;  // one may hold the beginning of the tremor, or its end
+  constexpr std::size_t kWindow = 101;  // it may contain the beginning or the end of the tremor
   for (const ReadingRange& range : FindRest(samples)) {
     EXPECT_TRUE(range.end < 2'000 + kWindow || range.begin > 4'000 - kWindow)
         << range.begin << " " << range.end;
@@ -85,7 +85,7 @@ TEST(EstimateImuNoise, FindsTheDensitiesOfTenMinutes) {
   EXPECT_TRUE(holds(estimate.gyroscope.all.walk, kNoise.gyroscope_walk));
   EXPECT_TRUE(holds(estimate.accelerometer.all.white, kNoise.accelerometer));
   EXPECT_TRUE(holds(estimate.accelerometer.all.walk, kNoise.accelerometer_walk));
-  // The interval of one seed; what 5 % of model error leave of nine octaves.
+  // The tolerance is the interval of one seed, with a model error of 5 % over nine octaves.
   EXPECT_NEAR(estimate.gyroscope.all.white.value, kNoise.gyroscope, 0.05 * kNoise.gyroscope);
   EXPECT_NEAR(estimate.accelerometer.all.white.value, kNoise.accelerometer,
               0.05 * kNoise.accelerometer);
@@ -136,7 +136,7 @@ TEST(EstimateImuNoise, AGapPartsAStretch) {
   auto samples = ImuAtRest(11, 40.0, kHertz, kNoise);
   for (std::size_t i = 4'000; i < samples.size(); ++i) {
     samples[i].stamp += FromSeconds(1000.0);
-    samples[i].gyroscope.x() += 0.01;  // the bias walked in between
+    samples[i].gyroscope.x() += 0.01;  // the bias has changed in between
   }
   const std::vector<ReadingRange> all = {{0, samples.size()}};
   const ImuNoiseEstimate estimate = EstimateImuNoise(samples, all);

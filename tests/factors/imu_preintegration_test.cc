@@ -17,8 +17,8 @@ namespace {
 std::size_t allocations = 0;
 }  // namespace
 
-// Counts the heap allocations of this binary. All forms that a call of one of the others may be
-// matched with are replaced: std::stable_sort allocates by the one that does not throw.
+// Counts the heap allocations of this binary. All forms with which a call of another form may be
+// paired are replaced, since std::stable_sort allocates by the one that does not throw.
 [[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   ++allocations;
   return std::malloc(size);
@@ -49,7 +49,7 @@ ImuBias TestBias() {
   return (ImuBias() << 0.02, -0.03, 0.01, 0.1, -0.2, 0.15).finished();
 }
 
-// Largest error of the predicted state over `duration`.
+// Returns the largest error of the predicted state over `duration`.
 double PredictionError(const SinusoidalMotion& motion, double hertz, double duration) {
   const auto samples = motion.Samples(hertz, duration);
   const ImuPreintegration imu(samples, ImuBias::Zero());
@@ -72,7 +72,8 @@ TEST(ImuPreintegration, AtRestOnlyGravityIsFelt) {
 }
 
 TEST(ImuPreintegration, FollowsACircleAtConstantSpeed) {
-  // Radius 2 m at 0.5 rad/s: the body sees a constant rate and a constant centripetal pull.
+  // Radius 2 m at 0.5 rad/s: the body measures a constant rate and a constant centripetal
+  // acceleration.
   constexpr double kRate = 0.5, kRadius = 2.0;
   std::vector<ImuSample> samples;
   for (int i = 0; i <= 400; ++i) {
@@ -82,7 +83,7 @@ TEST(ImuPreintegration, FollowsACircleAtConstantSpeed) {
   const ImuState start{Pose::FromTangent({kRadius, 0, 0}, {0, 0, 0}), {0, kRate * kRadius, 0}};
   const ImuState end = imu.Predict(start, ImuBias::Zero(), kGravity);
   const double a = kRate * 2.0;
-  // 400 steps of fourth order, rotated by 2.5e-3 rad each.
+  // 400 steps of fourth order, each with a rotation of 2.5e-3 rad.
   EXPECT_LT((end.T_WB.p() - kRadius * Eigen::Vector3d(std::cos(a), std::sin(a), 0)).norm(), 1e-12);
   EXPECT_LT((end.v_WB - kRadius * kRate * Eigen::Vector3d(-std::sin(a), std::cos(a), 0)).norm(),
             1e-12);
@@ -128,7 +129,7 @@ TEST(ImuPreintegration, TheBiasItIsGivenIsTakenOff) {
   EXPECT_LT((with.delta().p - without.delta().p).norm(), 1e-13);
 }
 
-// [theta v p] of b seen from a.
+// Returns [theta v p] of b relative to a.
 Vector9 Difference(const ImuDelta::Motion& a, const ImuDelta::Motion& b) {
   Vector9 d;
   d << so3::Log(a.q.conjugate() * b.q), b.v - a.v, b.p - a.p;
@@ -149,7 +150,8 @@ TEST(ImuPreintegration, BiasJacobianMatchesIntegratingAgain) {
         (Difference(base, plus.At(plus.bias)) - Difference(base, minus.At(minus.bias))) /
         (2.0 * kStep);
   }
-  // The Jacobian is of second order in the step: (w h)^2 / 6 = 5e-5 at 3.5 rad/s and 5 ms.
+  // The error of the Jacobian is of second order in the step: (w h)^2 / 6 = 5e-5 at 3.5 rad/s and 5
+  // ms.
   for (int block = 0; block < 3; ++block) {
     const auto J = imu.delta().bias_jacobian.middleRows<3>(3 * block);
     const auto N = numeric.middleRows<3>(3 * block);
@@ -199,21 +201,21 @@ TEST(ImuPreintegration, JoinedIntervalsAreTheSameAsOne) {
   const ImuPreintegrationOptions options{.noise = {.gyroscope = 2e-3, .accelerometer = 2e-2}};
   const std::span<const ImuSample> all = samples;
   const ImuPreintegration whole(all, TestBias(), options);
-  // The next one may be preintegrated with another bias: its readings count, nothing else.
+  // The next interval may be preintegrated with another bias: only its readings matter.
   const ImuPreintegration first(all.first(81), TestBias(), options);
   const ImuPreintegration next(all.subspan(80), ImuBias::Zero(), options);
   const ImuPreintegration joined = first.Joined(next);
   EXPECT_EQ(joined.start(), whole.start());
   EXPECT_EQ(joined.end(), whole.end());
   EXPECT_EQ(joined.samples().size(), whole.samples().size());
-  // The same readings in the same order: not a bit differs.
+  // The same readings are integrated in the same order, so the results are bit-identical.
   EXPECT_EQ(joined.delta().bias, whole.delta().bias);
   EXPECT_EQ(joined.delta().duration, whole.delta().duration);
   EXPECT_EQ(joined.delta().q.coeffs(), whole.delta().q.coeffs());
   EXPECT_EQ(joined.delta().v, whole.delta().v);
   EXPECT_EQ(joined.delta().p, whole.delta().p);
   EXPECT_EQ(joined.delta().bias_jacobian, whole.delta().bias_jacobian);
-  // But for the rounding of the mean of two equal noises.
+  // Equal except for the rounding of the mean of two equal noises.
   EXPECT_LT((joined.covariance() - whole.covariance()).norm(), 1e-13 * whole.covariance().norm());
 }
 
@@ -224,7 +226,8 @@ TEST(ImuPreintegration, JoinedIntervalsHaveTheNoiseOfBoth) {
     return ImuPreintegration(all.subspan(begin, count), TestBias(),
                              {.noise = {.accelerometer = accelerometer}});
   };
-  // A calm second half, a shaken first: what white noise of the velocity adds up to.
+  // A shaken first half and a calm second half: the variance is the sum of the white noise of
+  // velocity.
   const ImuPreintegration shaken = preintegrate(0, 101, 0.05), calm = preintegrate(100, 101, 0.002);
   const auto velocity_variance = [](const ImuPreintegration& imu) {
     return imu.covariance().block<3, 3>(3, 3).trace();
@@ -243,7 +246,7 @@ TEST(ImuPreintegration, JoinsOnlyWhatFollows) {
 }
 
 TEST(ImuPreintegration, CovarianceMatchesTenThousandNoisyRuns) {
-  // Walks strong enough that every block of the 15 x 15 counts.
+  // The random walks are strong enough that every block of the 15 x 15 matrix is significant.
   const ImuPreintegrationOptions options{.noise = {.gyroscope = 2e-3,
                                                    .accelerometer = 2e-2,
                                                    .gyroscope_walk = 2e-3,
@@ -273,12 +276,12 @@ TEST(ImuPreintegration, CovarianceMatchesTenThousandNoisyRuns) {
     }
     const ImuPreintegration imu(noisy, ImuBias::Zero(), options);
     Eigen::Matrix<double, 15, 1> error;
-    // The residual's sign: true minus measured motion, end minus start of the bias.
+    // Sign of the residual: true minus measured motion, end minus start of the bias.
     error << Difference(imu.delta().At(ImuBias::Zero()), truth), walk;
     sampled += error * error.transpose() / kRuns;
   }
-  // Whitened by the prediction the sampled covariance is the identity: its entries have a standard
-  // error of 1.4 % (diagonal) and 1 %, and the discrete readings hold 0.5 % less than the density.
+  // Whitened by the prediction, the sampled covariance is the identity: its entries have a standard
+  // error of 1.4 % (diagonal) and 1 %, and the discrete readings have 0.5 % less than the density.
   const Eigen::LLT<Matrix15> llt(exact.covariance());
   ASSERT_EQ(llt.info(), Eigen::Success);
   const Matrix15 half = llt.matrixL().solve(sampled);

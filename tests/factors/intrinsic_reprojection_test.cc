@@ -19,7 +19,7 @@ Eigen::Matrix3d TestWeight() {
   return (Eigen::Matrix3d() << 0.8, 0.1, 0.3, -0.2, 1.3, 0.0, 0.5, -0.4, 4.0).finished();
 }
 
-// Half of one node and half of its neighbour.
+// Weights half of one node and half of its neighbour.
 DepthPattern::Vector Shares() {
   DepthPattern::Vector shares = DepthPattern::Vector::Zero();
   shares[6] = shares[7] = 0.5;
@@ -43,13 +43,13 @@ TEST(IntrinsicReprojection, MatchesHandComputedValues) {
        Eigen::Vector3d(4.0, 0.0, 1.0))
           .norm(),
       1e-12);
-  // A disparity of 50 px m / 2 m, and of 50 px m * 0.02 / m more.
+  // A disparity of 50 px m / 2 m, and an additional 50 px m * 0.02 / m.
   EXPECT_LT(
       (Residual(f, {pose, {0.2, -0.4, 2.0}, {500.0, 400.0, 320.0, 240.0}, {0.02}, kNoPattern}) -
        Eigen::Vector3d(0.0, 0.0, 2.0))
           .norm(),
       1e-12);
-  // The same by a pattern that is 0.01 and 0.03 at the nodes beside the pixel.
+  // The same with a pattern of 0.01 and 0.03 at the nodes next to the pixel.
   Block pattern = kNoPattern;
   pattern[6] = 0.01;
   pattern[7] = 0.03;

@@ -36,7 +36,7 @@ RgbdSegment ObserveSegment(const twins::Rig& rig, const Pose& T_WB, const Segmen
   return {Observe(rig, T_WB, segment.p()), Observe(rig, T_WB, segment.q())};
 }
 
-// In view and at least 60 px long.
+// Returns a segment in view that is at least 60 px long.
 Segment3 RandomSegment(std::mt19937& rng, const twins::Rig& rig, const Pose& T_WB) {
   for (;;) {
     const Segment3 segment(RandomPointInView(rng, rig, T_WB), RandomPointInView(rng, rig, T_WB));
@@ -57,7 +57,7 @@ TEST(LineReprojection, MatchesHandComputedValues) {
   const LineReprojection left(SegmentRows({300.0, 200.0}, {400.0, 200.0}, 2.0), SimpleProjection());
   EXPECT_LT((Residual(left, blocks) - Eigen::Vector2d(4.0, 0.0)).norm(), 1e-12);
 
-  // The measured disparity falls by 0.1 per px: 11 at q's pixel, where q has 10. Its sigma is
+  // The measured disparity falls by 0.1 per px: it is 11 at q's pixel, where q has 10. Its sigma is
   // hypot(0.15, 0.1 * 2 px) = 0.25.
   const SegmentNoise noise{.px = 2.0, .disparity_s = 0.3, .disparity_e = 0.15};
   const LineReprojectionRgbd rgbd(SegmentRows(observed, noise, Weighting::kCovariance),
@@ -67,8 +67,9 @@ TEST(LineReprojection, MatchesHandComputedValues) {
 
 TEST(LineReprojection, PaperRowsMatchHandComputedValues) {
   const SegmentNoise noise{.px = 2.0, .disparity_s = 0.3, .disparity_e = 0.15};
-  // Upright at u = 300, in the right image at u = 280. p is on it, at 5 m instead of 2.5 m, and so
-  // appears at u_R = 290; q (2.5 m) is 6 px off in both images. The normal points to -u.
+  // The line is vertical at u = 300, and at u = 280 in the right image. p is on it, at 5 m instead
+  // of 2.5 m, and so appears at u_R = 290. q (2.5 m) is 6 px off in both images. The normal points
+  // to -u.
   const RgbdSegment observed{{300.0, 200.0, 20.0}, {300.0, 300.0, 20.0}};
   const std::vector<Block> blocks = {ToBlock(Pose()),
                                      ToBlock(Segment3({-0.2, -0.5, 5.0}, {-0.07, 0.375, 2.5}))};
@@ -110,7 +111,7 @@ TEST(LineReprojection, IsZeroAtTheTruth) {
   }
 }
 
-// All six factors at one state: central differences and the autodiff twin.
+// Checks all six factors at one state by central differences and the autodiff twin.
 void CheckAllFactors(std::mt19937& rng, const twins::Rig& rig, const Pose& T_WB,
                      const Segment3& segment) {
   RgbdSegment observed = ObserveSegment(rig, T_WB, segment);
@@ -155,12 +156,12 @@ TEST(LineReprojection, JacobiansHoldAtTheEdges) {
   AtEdgesOfRotation([&](const Pose& T_WB) {
     const Pose T_WC = T_WB * rig.T_BC;
     CheckAllFactors(rng, rig, T_WB, RandomSegment(rng, rig, T_WB));
-    // p just inside the depth limit; the factor is smooth within a step of 1e-6.
+    // p is just inside the depth limit, and the factor is smooth within a step of 1e-6.
     const double depth = RgbdProjection::kDefaultMinDepth + 1e-5;
     CheckAllFactors(rng, rig, T_WB, T_WC * Segment3({0.06, 0.05, depth}, {0.56, -0.45, 1.55}));
-    // The whole line just outside of the minimal distance to the optical centre.
+    // The whole line is just beyond the minimal distance to the optical centre.
     CheckAllFactors(rng, rig, T_WB, T_WC * Segment3({-0.02, 0.0, depth}, {0.03, 0.0, depth}));
-    // Upright and level in the image; level in depth.
+    // Vertical and horizontal in the image, and of constant depth.
     CheckAllFactors(rng, rig, T_WB, T_WC * Segment3({0.1, -0.5, 2.0}, {0.1, 0.5, 2.0}));
     CheckAllFactors(rng, rig, T_WB, T_WC * Segment3({-0.5, 0.1, 2.0}, {0.5, 0.1, 2.0}));
     // Through the origin of the world: w_1 = 0.
@@ -181,7 +182,7 @@ TEST(LineReprojection, DoesNotChangeWhenTheWorldFrameMoves) {
     for (const Weighting weighting : kWeightings) {
       const LineReprojectionRgbd ends(SegmentRows(observed, {}, weighting), Projection(rig));
       const OrthonormalLineReprojectionRgbd line(observed, {}, weighting, Projection(rig));
-      // Pixels of order 500 and metres of order 5 in double precision.
+      // Pixels of magnitude 500 and metres of magnitude 5 in double precision.
       EXPECT_LT((Residual(ends, {pose, ToBlock(segment)}) -
                  Residual(ends, {moved_pose, ToBlock(T_NW * segment)}))
                     .norm(),
@@ -194,7 +195,7 @@ TEST(LineReprojection, DoesNotChangeWhenTheWorldFrameMoves) {
   }
 }
 
-// Without depth nothing tells how large the world is; with it every other size shows.
+// Without depth the scale of the world is unobservable. With depth a change of scale is visible.
 TEST(LineReprojection, RowsWithoutDepthDoNotChangeWhenTheWorldGrows) {
   std::mt19937 rng(19);
   const twins::Rig rig = TestRig();
@@ -214,15 +215,16 @@ TEST(LineReprojection, RowsWithoutDepthDoNotChangeWhenTheWorldGrows) {
                                                 projection);
     const OrthonormalLineReprojectionRgbd with_depth(seen, {}, Weighting::kCovariance, projection);
     EXPECT_GT(Residual(left, ends).norm(), 0.1);
-    // Pixels of order 500 in double precision.
+    // Pixels of magnitude 500 in double precision.
     EXPECT_LT((Residual(left, ends) - Residual(left, grown_ends)).norm(), 1e-9);
     EXPECT_LT((Residual(left_line, line) - Residual(left_line, grown_line)).norm(), 1e-9);
     EXPECT_GT((Residual(with_depth, line) - Residual(with_depth, grown_line)).norm(), 0.1);
   }
 }
 
-// Each view's two rows say in which plane through its camera the line lies: two of its four degrees
-// of freedom. Another view says the other two, unless it has the same plane.
+// The two rows of a view determine the plane through its camera that contains the line: two of the
+// line's four degrees of freedom. A second view determines the other two, unless it has the same
+// plane.
 TEST(OrthonormalLineReprojection, AViewWithoutDepthHoldsThePlaneThroughCameraAndLine) {
   const RgbdProjection projection(PinholeCamera{}, Pose());
   const Segment3 segment({-0.4, 0.3, 2.0}, {0.5, -0.2, 2.6});
@@ -274,7 +276,7 @@ TEST(LineReprojection, DoesNotChangeWhenTheObservedEndsSlideAlongTheLine) {
                                      projection);
     EXPECT_GT(Residual(left, blocks).norm(), 1e-3);
     EXPECT_LT((Residual(left, blocks) - Residual(left_slid, blocks)).norm(), 1e-10);
-    // Slid in disparity as well, the rows with depth do not change either.
+    // If the disparity is shifted along as well, the rows with depth do not change either.
     for (const Weighting weighting : kWeightings) {
       const LineReprojectionRgbd f(SegmentRows(observed, {}, weighting), projection);
       const LineReprojectionRgbd f_slid(SegmentRows(slid, {}, weighting), projection);
@@ -313,14 +315,14 @@ TEST(LineReprojection, LineAlongTheBaselineHasDepthInTheCovarianceRowsOnly) {
   EXPECT_LT((Residual(covariance, blocks) - Eigen::Vector4d(0.0, -10.0, 0.0, -10.0)).norm(), 1e-12);
 }
 
-// Sample covariance of whitened residuals at the truth under pixel and depth noise.
+// Computes the sample covariance of whitened residuals at the truth under pixel and depth noise.
 TEST(LineReprojection, WhitenedResidualsOfNoisyMeasurementsHaveUnitCovariance) {
   std::mt19937 rng(15);
   std::normal_distribution<double> normal;
   const twins::Rig rig = TestRig();
   const DepthNoise depth_noise = DepthNoise::Kinect();
   constexpr double kSigmaPx = 0.8, kDepth[2] = {1.0, 2.2};
-  // Oblique in the image and steep in depth: all terms of the covariance count.
+  // The line is oblique in the image and steep in depth, so all terms of the covariance matter.
   const Segment3 segment = rig.T_BC * Segment3({0.2, -0.1, kDepth[0]}, {-0.25, 0.15, kDepth[1]});
   const RgbdSegment exact = ObserveSegment(rig, Pose(), segment);
   const SegmentNoise noise{.px = kSigmaPx,
@@ -345,7 +347,7 @@ TEST(LineReprojection, WhitenedResidualsOfNoisyMeasurementsHaveUnitCovariance) {
     C_ends += r_ends * r_ends.transpose() / kSamples;
     C_line += r_line * r_line.transpose() / kSamples;
   }
-  // 20000 samples: standard error 0.01 on the diagonal, 0.007 beside it.
+  // 20000 samples: standard error 0.01 on the diagonal, 0.007 off it.
   EXPECT_LT((C_ends - Eigen::Matrix4d::Identity()).cwiseAbs().maxCoeff(), 0.04) << C_ends;
   EXPECT_LT((C_line - Eigen::Matrix4d::Identity()).cwiseAbs().maxCoeff(), 0.04) << C_line;
 }
@@ -443,7 +445,7 @@ TEST(OrthonormalLineReprojection, IsInactiveWhereTheLineHasNoImage) {
   const OrthonormalLineReprojection left({300.0, 200.0}, {400.0, 220.0}, 1.0, Projection(rig));
   const Segment3 degenerate[] = {
       Segment3({0.1, 0.2, 1.0}, {0.2, 0.4, 2.0}),      // through the optical centre
-      Segment3({0.14, 0.2, 1.0}, {0.24, 0.4, 2.0}),    // 0.036 m beside it
+      Segment3({0.14, 0.2, 1.0}, {0.24, 0.4, 2.0}),    // 0.036 m away from it
       Segment3({-1.0, 0.3, 0.0}, {1.0, 0.3, 0.0}),     // in the plane z = 0
       Segment3({-1.0, 0.3, 0.001}, {1.0, 0.3, 0.001})  // 89.8 degrees off the axis
   };
@@ -457,7 +459,7 @@ TEST(OrthonormalLineReprojection, IsInactiveWhereTheLineHasNoImage) {
       EXPECT_EQ(TangentJacobian(f, blocks, kLineManifolds).norm(), 0.0);
     }
   }
-  // Through the centre of the virtual right camera: no right image, but a disparity.
+  // A line through the centre of the virtual right camera has no right image, but has a disparity.
   const Eigen::Vector3d p_CV(rig.right.baseline, 0.0, 0.0);
   const Segment3 right(p_CV + Eigen::Vector3d(0.0, 0.2, 1.0),
                        p_CV + Eigen::Vector3d(0.0, 0.4, 2.0));
@@ -502,7 +504,7 @@ TEST(LineReprojection, RefusesBadArguments) {
   EXPECT_THROW(SegmentRows({0.0, 0.0}, {0.0, 9.0}, 0.0), InvalidArgument);
   EXPECT_THROW(OrthonormalLineReprojection({0.0, 0.0}, {nan, 9.0}, 1.0, SimpleProjection()),
                InvalidArgument);
-  // Seen end on by the virtual right camera: the paper's right line does not exist.
+  // The virtual right camera sees the line end on, so the paper's right line does not exist.
   const RgbdSegment end_on{{300.0, 200.0, 20.0}, {310.0, 200.0, 30.0}};
   EXPECT_NO_THROW(SegmentRows(end_on, {}, Weighting::kCovariance));
   EXPECT_THROW(SegmentRows(end_on, {}, Weighting::kPaper), InvalidArgument);

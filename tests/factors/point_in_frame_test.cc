@@ -37,7 +37,7 @@ struct Twin {
 };
 
 TEST(PointInFrame, ComputedByHand) {
-  // F stands at (1, 2, 3), a quarter turned about z: (1, 4, 3.5) is at (2, 0, 0.5) in it.
+  // F is at (1, 2, 3), rotated by a quarter turn about z: (1, 4, 3.5) is at (2, 0, 0.5) in it.
   const Pose T_WF = Pose::FromTangent({1, 2, 3}, {0, 0, 0.5 * M_PI});
   const PointInFrame f({1.5, 1, 0}, Eigen::Vector3d(2, 1, 4).asDiagonal().toDenseMatrix());
   EXPECT_LT((Residual(f, {ToBlock(T_WF), ToBlock(Eigen::Vector3d(1, 4, 3.5))}) -
@@ -92,7 +92,7 @@ TEST(PointInFrame, SolvingFindsTheFrameOfThreePoints) {
   ASSERT_TRUE(
       graph.Solve({.max_iterations = 100, .function_tolerance = 0.0, .parameter_tolerance = 1e-14})
           .IsUsable());
-  // Three points in no line tell the frame exactly.
+  // Three non-collinear points determine the frame exactly.
   EXPECT_LT((graph.Value(frame).p() - truth.p()).norm(), 1e-9);
   EXPECT_LT((graph.Value(frame).Inverse() * truth).Angle(), 1e-9);
 }

@@ -22,7 +22,7 @@ namespace {
 const PoseManifold kPoseManifold;
 const std::vector<const ceres::Manifold*> kManifolds = {&kPoseManifold, nullptr};
 
-// A full matrix, so that a transposed or forgotten W shows.
+// A full matrix, so that a transposed or missing W is detected.
 Eigen::Matrix2d TestWeight2() {
   return (Eigen::Matrix2d() << 0.8, 0.1, -0.2, 1.3).finished();
 }
@@ -57,10 +57,10 @@ TEST(PointReprojectionRgbd, MatchesHandComputedValues) {
             1e-12);
 }
 
-// Both factors at one state: central differences and the autodiff twin.
+// Checks both factors at one state by central differences and the autodiff twin.
 void CheckBothFactors(std::mt19937& rng, const twins::Rig& rig, const Pose& T_WB,
                       const Eigen::Vector3d& p_W) {
-  // 5 to 50 px away from the optimum.
+  // The state is 5 to 50 px away from the optimum.
   const Eigen::Vector3d z =
       Observe(rig, T_WB, p_W) +
       Eigen::Vector3d(Uniform(rng, 5.0, 50.0), Uniform(rng, -50.0, -5.0), Uniform(rng, 1.0, 5.0));
@@ -89,7 +89,7 @@ TEST(PointReprojection, JacobiansHoldAtTheEdges) {
   const twins::Rig rig = TestRig();
   AtEdgesOfRotation([&](const Pose& T_WB) {
     CheckBothFactors(rng, rig, T_WB, RandomPointInView(rng, rig, T_WB));
-    // Just inside the depth limit; the factor is smooth within a step of 1e-6.
+    // The point is just inside the depth limit, and the factor is smooth within a step of 1e-6.
     const double depth = RgbdProjection::kDefaultMinDepth + 1e-5;
     CheckBothFactors(rng, rig, T_WB, T_WB * (rig.T_BC * Eigen::Vector3d(0.01, -0.008, depth)));
   });
@@ -106,7 +106,7 @@ TEST(PointReprojection, DoesNotChangeWhenTheWorldFrameMoves) {
     const Eigen::VectorXd before = Residual(f, {ToBlock(T_WB), ToBlock(p_W)});
     const Eigen::VectorXd after =
         Residual(f, {ToBlock(T_NW * T_WB), ToBlock(Eigen::Vector3d(T_NW * p_W))});
-    // Pixels of order 500 and metres of order 5 in double precision.
+    // Pixels of magnitude 500 and metres of magnitude 5 in double precision.
     EXPECT_LT((before - after).norm(), 1e-10);
   }
 }
@@ -130,7 +130,7 @@ TEST(PointReprojectionRgbd, SolvesForAPerturbedPose) {
     }
     problem.SetManifold(T_WB.data(), new PoseManifold);
     SolveExactly(&problem);
-    // Exact data: the truth to rounding.
+    // The data are exact, so the result is the truth to rounding.
     EXPECT_LT((T_WB.p() - truth.p()).norm(), 1e-9);
     EXPECT_LT((truth.Inverse() * T_WB).Angle(), 1e-9);
   }
@@ -176,7 +176,7 @@ TEST(PointReprojectionRgbd, WhitenedResidualsOfNoisyMeasurementsHaveUnitCovarian
     const Eigen::Vector3d r = Residual(f, {ToBlock(Pose()), ToBlock(p_W)});
     covariance += r * r.transpose() / kSamples;
   }
-  // 20000 samples: standard error 0.01 on the diagonal, 0.007 beside it.
+  // 20000 samples: standard error 0.01 on the diagonal, 0.007 off it.
   EXPECT_LT((covariance - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 0.04) << covariance;
 }
 

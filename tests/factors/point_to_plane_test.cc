@@ -41,7 +41,8 @@ PointToPlaneRow RandomRow(std::mt19937& rng) {
 }
 
 TEST(PointToPlane, IsTheDistanceInSigmas) {
-  // The plane z = 2 of R, and a point 0.5 m ahead of a body 1.6 m ahead of R: 0.1 m behind it.
+  // The plane is z = 2 of R, and the point is 0.5 m ahead of a body 1.6 m ahead of R: 0.1 m behind
+  // it.
   const PointToPlane f({{0, 0, 1}, {7, -3, 2}, {0.3, 0.4, 0.5}, 100.0});
   const Pose T_WR = Pose::FromTangent({1, 2, 3}, {0, 0, 0});
   const Pose T_WB = Pose::FromTangent({1, 2, 4.6}, {0, 0, 0});
@@ -70,7 +71,7 @@ TEST(PointToPlane, TheRowOfAKnownPlaneIsTheFactorWithItsFrameAtTheOrigin) {
   Eigen::Matrix<double, 1, 6> J;
   const double r = row.Evaluate(T_WB.R(), T_WB.p(), &J);
   const PointToPlane f(row);
-  // Of numbers up to 1e4.
+  // For numbers up to 1e4.
   EXPECT_NEAR(r, Residual(f, blocks)(0), 1e-9);
   EXPECT_LT((J - TangentJacobian(f, blocks, kManifolds).rightCols<6>()).norm(), 1e-9);
 }

@@ -39,8 +39,8 @@ struct Twin {
 };
 
 TEST(PositionFactor, ComputedByHand) {
-  // A body at (1, 2, 3) that looks along y of W, its antenna 0.5 m ahead; G is W a quarter turned
-  // about z and shifted: (1, 2.5, 3) -> (-2.5, 1, 3) + (10, 20, 30).
+  // A body at (1, 2, 3) looks along y of W, with its antenna 0.5 m ahead. G is W rotated by a
+  // quarter turn about z and translated: (1, 2.5, 3) -> (-2.5, 1, 3) + (10, 20, 30).
   const Pose T_WB = Pose::FromTangent({1, 2, 3}, {0, 0, 0.5 * M_PI});
   const Pose T_GW = Pose::FromTangent({10, 20, 30}, {0, 0, 0.5 * M_PI});
   const PositionFactor f({7, 21.5, 33.25}, {0.5, 0, 0},
@@ -95,13 +95,13 @@ TEST(PositionFactor, WithoutALeverArmTheBodyMayTurn) {
 
 TEST(PositionFactor, SolvingFindsTheAlignmentOfAWay) {
   std::mt19937 rng(45);
-  // In the coordinates of a large grid.
+  // Coordinates of a large grid.
   const Pose truth = Pose::FromTangent({4.5e5, 5.4e6, 300}, {0, 0, 2.0});
   const Eigen::Vector3d l(0.2, -0.1, 0.5);
   FactorGraph graph;
   const auto alignment = graph.AddVariable(Pose::FromTangent({0, 0, 0}, {0.1, 0.1, 1.0}));
   for (int i = 0; i < 20; ++i) {
-    // Straight ahead: the turn about the way is that of the prior.
+    // The path is straight, so only the prior determines the rotation about it.
     const Pose T_WB = Pose::FromTangent({0.5 * i, 0.0, 0.0}, {0, 0, 0});
     const auto pose = graph.AddVariable(T_WB);
     graph.Fix(pose);
@@ -113,7 +113,7 @@ TEST(PositionFactor, SolvingFindsTheAlignmentOfAWay) {
   ASSERT_TRUE(
       graph.Solve({.max_iterations = 100, .function_tolerance = 0.0, .parameter_tolerance = 1e-14})
           .IsUsable());
-  // Of coordinates of 5e6 m a double holds 1e-9 m.
+  // At coordinates of 5e6 m a double resolves 1e-9 m.
   EXPECT_LT((graph.Value(alignment).p() - truth.p()).norm(), 1e-6);
   EXPECT_LT((graph.Value(alignment).Inverse() * truth).Angle(), 1e-7);
 }

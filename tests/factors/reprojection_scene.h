@@ -16,14 +16,14 @@
 
 #include "support/reprojection_twins.h"
 
-// What the tests of the reprojection factors share: a rig, random states in front of it, and the
+// Shared by the tests of the reprojection factors: a rig, random states in front of it, and the
 // evaluation of a cost function.
 namespace highwall {
 
 using Block = std::vector<double>;
 
-// Unequal focal lengths and a camera that is turned and shifted on the body: no symmetry hides a
-// mistake.
+// Unequal focal lengths and a camera that is rotated and translated on the body, so that no
+// symmetry hides an error.
 inline twins::Rig TestRig() {
   const PinholeCamera camera{.fx = 520.0, .fy = 480.0, .cx = 322.5, .cy = 245.25};
   return {camera, Pose::FromTangent({0.05, -0.02, 0.1}, {0.3, -0.5, 0.2}),
@@ -34,7 +34,7 @@ inline RgbdProjection Projection(const twins::Rig& rig) {
   return RgbdProjection(rig.camera, rig.T_BC, rig.right);
 }
 
-// Round numbers for values computed by hand: a camera on the body's origin, fx b = 50.
+// Round numbers for values computed by hand: a camera at the body's origin, fx b = 50.
 inline RgbdProjection SimpleProjection() {
   const PinholeCamera camera{.fx = 500.0, .fy = 400.0, .cx = 320.0, .cy = 240.0};
   return RgbdProjection(camera, Pose(), {.fx = 500.0, .baseline = 0.1});
@@ -51,20 +51,20 @@ inline Eigen::Vector3d RandomVector(std::mt19937& rng, double half_range) {
   return {x, y, z};
 }
 
-// A square root of an information.
+// A square root of an information matrix.
 inline Eigen::Matrix3d RandomWeight(std::mt19937& rng) {
   Eigen::Matrix3d W;
   W << RandomVector(rng, 3.0), RandomVector(rng, 3.0), RandomVector(rng, 3.0);
   return W;
 }
 
-// Rotations of every size up to pi.
+// Returns a random rotation with an angle of up to pi.
 inline Pose RandomPose(std::mt19937& rng) {
   const Eigen::Vector3d axis = RandomVector(rng, 1.0).normalized();
   return Pose::FromTangent(RandomVector(rng, 2.0), axis * Uniform(rng, 0.0, 3.1));
 }
 
-// check(T_WB) at 50 of them.
+// Calls check(T_WB) at 50 random poses.
 template <typename Check>
 void AtRandomPoses(std::mt19937& rng, const Check& check) {
   for (int i = 0; i < 50; ++i) {
@@ -73,7 +73,7 @@ void AtRandomPoses(std::mt19937& rng, const Check& check) {
   }
 }
 
-// check(T_WB) where a rotation vector vanishes, and where it is half a turn.
+// Calls check(T_WB) where a rotation vector vanishes, and where it is half a turn.
 template <typename Check>
 void AtEdgesOfRotation(const Check& check) {
   for (const double angle : {0.0, 1e-8, M_PI - 1e-8, M_PI}) {
@@ -82,7 +82,7 @@ void AtEdgesOfRotation(const Check& check) {
   }
 }
 
-// A point of W inside the image of the camera on T_WB, 0.8 to 5 m deep.
+// Returns a point of W inside the image of the camera at T_WB, at a depth of 0.8 to 5 m.
 inline Eigen::Vector3d RandomPointInView(std::mt19937& rng, const twins::Rig& rig,
                                          const Pose& T_WB) {
   const double z = Uniform(rng, 0.8, 5.0);
@@ -90,7 +90,7 @@ inline Eigen::Vector3d RandomPointInView(std::mt19937& rng, const twins::Rig& ri
   return T_WB * (rig.T_BC * Eigen::Vector3d(x, y, z));
 }
 
-// (u, v, delta) of p_W, from the geometry.
+// Returns (u, v, delta) of p_W, computed from the geometry.
 inline Eigen::Vector3d Observe(const twins::Rig& rig, const Pose& T_WB,
                                const Eigen::Vector3d& p_W) {
   const Eigen::Vector3d p_C = rig.ToCamera<double>(T_WB.data(), p_W);
@@ -114,7 +114,8 @@ inline Eigen::VectorXd Residual(const ceres::CostFunction& cost, const std::vect
   return r;
 }
 
-// Jacobian of all blocks side by side, in the tangent of the manifolds (null: Euclidean).
+// Returns the Jacobians of all blocks side by side, in the tangent space of the manifolds (null:
+// Euclidean).
 inline Eigen::MatrixXd TangentJacobian(const ceres::CostFunction& cost,
                                        const std::vector<Block>& blocks,
                                        const std::vector<const ceres::Manifold*>& manifolds) {
@@ -144,7 +145,7 @@ inline Eigen::MatrixXd TangentJacobian(const ceres::CostFunction& cost,
   return all;
 }
 
-// Equal to `tolerance` times the scale of the values.
+// Expects equality to `tolerance` times the scale of the values.
 inline void ExpectTwins(const ceres::CostFunction& factor, const ceres::CostFunction& twin,
                         const std::vector<Block>& blocks,
                         const std::vector<const ceres::Manifold*>& manifolds, double tolerance) {

@@ -28,7 +28,7 @@ TEST(RgbdProjection, DisparityIsTheShiftBetweenTheTwoImages) {
 }
 
 TEST(RgbdProjection, EvaluatesAnyAffineRowOfTheProjection) {
-  // The form that a pose-only problem uses: one View, no cost function.
+  // The form used by a pose-only problem: one View, no cost function.
   std::mt19937 rng(2);
   const twins::Rig rig = TestRig();
   const RgbdProjection projection = Projection(rig);

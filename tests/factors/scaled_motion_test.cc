@@ -32,16 +32,17 @@ Matrix6 TestWeight(std::mt19937& rng) {
   return W;
 }
 
-// The motion between two bodies as a camera tells it whose lengths are `scale` times too short.
+// Returns the motion between two bodies as measured by a camera whose lengths are too short by the
+// factor `scale`.
 Pose Seen(const Pose& T_i, const Pose& T_j, double scale) {
   const Pose T_CiCj = (T_i * kT_BC).Inverse() * T_j * kT_BC;
   return Pose(T_CiCj.q(), T_CiCj.p() / scale);
 }
 
 TEST(ScaledMotion, ComputedByHand) {
-  // The camera looks along x of the body, z of C, 0.5 m ahead of it. The body moves by 1 m along x
-  // and turns left by a quarter: the camera goes from (0.5, 0) to (1, 0.5), 0.5 m ahead and 0.5 m
-  // to the left, where the camera's x points to the right.
+  // The camera looks along x of the body, which is z of C, 0.5 m ahead of it. The body moves by 1 m
+  // along x and rotates left by a quarter turn: the camera moves from (0.5, 0) to (1, 0.5), 0.5 m
+  // ahead and 0.5 m to the left, where the camera's x points to the right.
   Eigen::Matrix4d T_BC;
   T_BC << 0, 0, 1, 0.5, -1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 0, 1;
   const Pose T_j = Pose::FromTangent({1, 0, 0}, {0, 0, 0.5 * std::numbers::pi});
@@ -77,7 +78,7 @@ TEST(ScaledMotion, JacobiansMatchCentralDifferencesAndTheAutodiffTwin) {
   for (int i = 0; i < 50; ++i) {
     const Matrix6 W = TestWeight(rng);
     const Pose T_i = RandomPose(rng), T_j = RandomPose(rng);
-    // Far from the optimum, clear of the jump at pi.
+    // Away from the optimum and from the jump at pi.
     const Pose E = Pose::FromTangent(RandomVector(rng, 1.0), RandomVector(rng, 1.4));
     const Pose Z = Seen(T_i, T_j, 0.9) * E;
     const ScaledMotion f(Z, W, kT_BC);
@@ -112,7 +113,8 @@ TEST(ScaledMotion, DoesNotChangeWhenTheWorldMoves) {
 }
 
 TEST(ScaledMotion, CannotTellALongerMotionFromALargerScale) {
-  // Six directions of the world and this one are open: an IMU, or a known scale, must close it.
+  // Six directions of the world frame and this one are unobservable: an IMU or a known scale must
+  // constrain it.
   std::mt19937 rng(125);
   const Pose T_i = RandomPose(rng), T_j = RandomPose(rng), Z = Seen(T_i, T_j, 0.9);
   const ScaledMotion f(Z, TestWeight(rng), kT_BC);

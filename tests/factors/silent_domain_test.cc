@@ -15,8 +15,8 @@
 namespace highwall::silent_domain_test {
 namespace {
 
-// A point that is held on the ray x = 0.1, at 2 m by its image and at 5 m to begin with: by
-// Gauss-Newton the next place is 2 * 5 - 25 / 2 = -2.5 m.
+// A point that is constrained to the ray x = 0.1, at 2 m according to its image and at 5 m
+// initially: the next Gauss-Newton iterate is 2 * 5 - 25 / 2 = -2.5 m.
 constexpr double kTrue = 2.0, kStart = 5.0;
 
 template <class AddPoint>
@@ -37,7 +37,8 @@ class SilentDomain : public ::testing::TestWithParam<LinearSolver> {};
 
 TEST_P(SilentDomain, AStepThatLeadsBehindTheCameraIsNotTaken) {
   FactorGraph graph;
-  // Where the unknowns have nothing to do at all, variable projection ends before landmarks move.
+  // If the other unknowns are already at their optimum, variable projection ends before landmarks
+  // move.
   const auto pose = graph.AddVariable(Pose::FromTangent({1e-5, 0, 0}, {0, 0, 0}));
   graph.AddFactor(
       std::make_unique<PosePrior>(Pose(), 1e4 * Eigen::Matrix<double, 6, 6>::Identity()), pose);
@@ -76,7 +77,7 @@ TEST(SilentDomain, AFactorThatWrapsOneIsHeldInItsDomain) {
   EXPECT_NEAR(graph.Value(point).z(), kTrue, 0.01);
 }
 
-// As a local adjustment runs, five iterations.
+// Five iterations, as in a local bundle adjustment.
 TEST(SilentDomain, OneThatGoesBehindTheCameraDoesNotHoldUpTheOthers) {
   FactorGraph graph;
   const auto pose = graph.AddVariable(Pose());
@@ -117,7 +118,7 @@ TEST(SilentDomain, WhatIsOutsideFromTheBeginningHindersNothing) {
   EXPECT_NEAR(graph.Value(behind).z(), -2.0, 1e-3);
 }
 
-// A bound is silent where it is kept, and meant to be.
+// A bound has a zero residual and Jacobian where it is satisfied, which is intended.
 class AtLeastOne final : public ceres::SizedCostFunction<1, 1> {
  public:
   bool Evaluate(double const* const* x, double* r, double** J) const override {

@@ -19,7 +19,7 @@ constexpr int kRuns = 40;
 constexpr int kKeyframes = 20;
 constexpr int kWindow = 6;
 
-// e^T P^-1 e of the newest pose after a run.
+// Returns e^T P^-1 e of the newest pose after a run.
 double Nees(const SimulatedWindowOptions& simulation, const SlidingWindowOptions& options,
             unsigned seed) {
   SimulatedWindow world(simulation, seed);
@@ -38,8 +38,8 @@ double Nees(const SimulatedWindowOptions& simulation, const SlidingWindowOptions
   return error.dot(covariance->ldlt().solve(error));
 }
 
-// The sum over runs is chi-squared with 6 kRuns degrees of freedom; its 99.8 % band by Wilson and
-// Hilferty's approximation, exact to three digits at this size.
+// The sum over runs is chi-squared with 6 kRuns degrees of freedom. Its 99.8 % band uses the
+// approximation of Wilson and Hilferty, exact to three digits at this size.
 void ExpectConsistent(const SimulatedWindowOptions& simulation,
                       const SlidingWindowOptions& options) {
   double sum = 0.0;
@@ -118,8 +118,8 @@ TEST(SmootherConsistency, TheSameRunGivesTheSameBits) {
     const Pose pose = smoother.Value(newest);
     return std::vector<double>(pose.data(), pose.data() + Pose::kSize);
   };
-  // Not those that leave the Schur complement to Ceres: it sorts the landmarks by address, which
-  // differ within one process.
+  // Solvers that leave the Schur complement to Ceres are excluded: Ceres sorts the landmarks by
+  // address, and addresses differ within one process.
   for (const LinearSolver solver :
        {LinearSolver::kSparseCholesky, LinearSolver::kVariableProjection}) {
     options.solve.linear_solver = solver;

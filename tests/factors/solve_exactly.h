@@ -5,7 +5,7 @@
 
 namespace highwall {
 
-// As far as rounding lets it.
+// Solves to rounding.
 inline ceres::Solver::Summary SolveExactly(ceres::Problem* problem) {
   ceres::Solver::Options options;
   options.max_num_iterations = 100;

@@ -98,7 +98,7 @@ TEST(TimeOffsetFactor, JacobianOfTheOffsetDoesNotNeedThatOfThePose) {
 }
 
 TEST(TimeOffsetFactor, LinesFindTheOffsetOfAMovingCamera) {
-  // Images taken t_d later than their stamps say, poses known in the IMU's time.
+  // The images are taken t_d later than their stamps, and the poses are known in the IMU's time.
   constexpr double kOffset = 0.01, kPeriod = 1.0 / 30.0;
   std::mt19937 rng(93);
   const twins::Rig rig = TestRig();
@@ -124,7 +124,8 @@ TEST(TimeOffsetFactor, LinesFindTheOffsetOfAMovingCamera) {
     }
   }
   ASSERT_TRUE(graph.Solve().IsUsable());
-  // The velocities are those of the stamps: the way is a parabola, 1/2 a t_d^2 off, a < 10 m/s^2.
+  // The velocities are those at the stamps: the path is a parabola, with an error of 1/2 a t_d^2, a
+  // < 10 m/s^2.
   EXPECT_NEAR(graph.Value(t_d), kOffset, 2e-4);
 }
 

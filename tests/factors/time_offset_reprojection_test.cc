@@ -37,7 +37,8 @@ TEST(TimeOffsetReprojection, MovesTheObservationWithItsVelocity) {
                                         projection, 0.01);
     return Residual(f, {state[0], state[1], {t_d}});
   };
-  // 20 ms later than assumed: the image shows the feature 2 px ahead, which r takes back.
+  // The image is 20 ms later than assumed: it shows the feature 2 px ahead, and r compensates for
+  // this.
   EXPECT_LT((at(0.03) - Eigen::Vector2d(2.0, -1.0)).norm(), 1e-12);
   EXPECT_LT(at(0.01).norm(), 1e-12);
 }
@@ -79,7 +80,7 @@ TEST(TimeOffsetReprojection, JacobiansMatchCentralDifferencesAndTheAutodiffTwin)
     CheckAt<2>(rng, rig, T_WB, p_W);
     CheckAt<3>(rng, rig, T_WB, p_W);
   });
-  // Just inside the depth limit, and half a turn.
+  // Just inside the depth limit, and at half a turn.
   const Pose T_WB = Pose::FromTangent({1, 2, 3}, {M_PI, 0, 0});
   const double depth = RgbdProjection::kDefaultMinDepth + 1e-5;
   CheckAt<3>(rng, rig, T_WB, T_WB * (rig.T_BC * Eigen::Vector3d(0.01, -0.008, depth)));
@@ -99,7 +100,7 @@ TEST(TimeOffsetReprojection, DoesNotChangeWhenTheWorldFrameMoves) {
 }
 
 TEST(TimeOffsetReprojection, SolvesForTheOffsetOfAMovingCamera) {
-  // Images taken t_d later than their stamps say, poses known in the IMU's time.
+  // The images are taken t_d later than their stamps, and the poses are known in the IMU's time.
   constexpr double kOffset = 0.03, kPeriod = 1.0 / 30.0;
   std::mt19937 rng(83);
   const twins::Rig rig = TestRig();
@@ -126,7 +127,7 @@ TEST(TimeOffsetReprojection, SolvesForTheOffsetOfAMovingCamera) {
     }
   }
   ASSERT_TRUE(graph.Solve().IsUsable());
-  // One linearization of the image motion over 30 ms; the next round starts from its t_d.
+  // Each round linearizes the image motion over 30 ms, and the next round starts from its t_d.
   EXPECT_NEAR(graph.Value(t_d), kOffset, 1e-3);
 }
 

@@ -1,4 +1,4 @@
-// What each factor may be put on: other calls do not compile.
+// Variables accepted by each factor: other calls do not compile.
 
 #include <memory>
 
@@ -33,7 +33,7 @@ TEST(VariableTypes, APointFactorTakesAPoseAndAPointOnly) {
   static_assert(kTakes<PointReprojectionRgbd, Pose, Point>);
   static_assert(!kTakes<PointReprojection, Point, Pose>);
   static_assert(!kTakes<PointReprojection, Point, Point>);
-  static_assert(!kTakes<PointReprojection, Pose, UnitDirection>);  // of the size of a point
+  static_assert(!kTakes<PointReprojection, Pose, UnitDirection>);  // of the same size as a point
   static_assert(!kTakes<PointReprojectionRgbd, Pose, UnitDirection>);
   static_assert(!kTakes<PointReprojectionRgbd, Pose, Segment3>);
 }
@@ -43,7 +43,7 @@ TEST(VariableTypes, ALineFactorTakesTheLineOfItsOwnFormOnly) {
   static_assert(kTakes<LineReprojectionRgbd, Pose, Segment3>);
   static_assert(kTakes<OrthonormalLineReprojection, Pose, OrthonormalLine>);
   static_assert(kTakes<OrthonormalLineReprojectionRgbd, Pose, OrthonormalLine>);
-  // Six doubles all of them.
+  // All of them have six doubles.
   static_assert(!kTakes<LineReprojection, Pose, OrthonormalLine>);
   static_assert(!kTakes<LineReprojectionRgbd, Pose, OrthonormalLine>);
   static_assert(!kTakes<OrthonormalLineReprojection, Pose, Segment3>);

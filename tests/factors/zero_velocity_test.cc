@@ -89,7 +89,7 @@ TEST(Stationary, SeesMotionAndVibration) {
   }
   EXPECT_FALSE(IsStationary(vibrating));
   auto turning = AtRest(2);
-  for (ImuSample& sample : turning) sample.gyroscope.z() += 0.2;  // steady: no variance
+  for (ImuSample& sample : turning) sample.gyroscope.z() += 0.2;  // constant rate: no variance
   EXPECT_LT(StationaryStatistic(turning), 1.5);
   EXPECT_FALSE(IsStationary(turning));
 }

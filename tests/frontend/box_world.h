@@ -12,7 +12,8 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/depth_noise.h>
 
-// Exact depth images of boxes before a wall and above a floor: W has x right, y down, z forward.
+// Exact depth images of boxes in front of a wall and above a floor: W has x right, y down, z
+// forward.
 namespace highwall::testing {
 
 struct Box {
@@ -27,7 +28,7 @@ struct BoxWorld {
   std::vector<Box> boxes;
 };
 
-// Distance along the ray p + t d to a box; infinite where it misses.
+// Returns the distance along the ray p + t d to a box; infinite if the ray misses it.
 inline double Hit(const Box& box, const Eigen::Vector3d& p, const Eigen::Vector3d& d) {
   double enter = 0.0, leave = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {
@@ -38,12 +39,12 @@ inline double Hit(const Box& box, const Eigen::Vector3d& p, const Eigen::Vector3
   return enter < leave ? enter : std::numeric_limits<double>::infinity();
 }
 
-// CV_32FC1 [m] of a camera inside the room.
+// Returns the depth image, CV_32FC1 [m], of a camera inside the room.
 inline cv::Mat DepthOf(const BoxWorld& world, const PinholeCamera& camera, const Pose& T_WC) {
   cv::Mat depth(camera.height, camera.width, CV_32FC1);
   for (int v = 0; v < depth.rows; ++v) {
     for (int u = 0; u < depth.cols; ++u) {
-      // With z = 1 along the ray the distance is the depth.
+      // With z = 1 along the ray, the distance is the depth.
       const Eigen::Vector3d d = T_WC.R() * camera.Unproject({u, v}, 1.0);
       double z = (world.wall - T_WC.p().z()) / d.z();
       if (d.y() > 0.0) z = std::min(z, (world.floor - T_WC.p().y()) / d.y());

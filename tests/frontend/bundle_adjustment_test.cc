@@ -35,7 +35,7 @@ class BundleAdjustment : public ::testing::Test {
     for (const Pose& T_WC : kTruth) scene_map.Add(Look(scene, IdealSensor(), T_WC), T_WC);
   }
 
-  // Keyframes but the first by 2 cm and half a degree, landmarks by 2 cm.
+  // Perturbs all keyframes but the first by 2 cm and half a degree, and the landmarks by 2 cm.
   void Perturb() {
     std::mt19937 rng(6);
     const auto step = [&](double size) -> Eigen::Vector3d {
@@ -65,7 +65,8 @@ class BundleAdjustment : public ::testing::Test {
   const Scene scene;
   SceneMap scene_map;
   Map& map = scene_map.map;
-  // No noise: nothing but what was broken is an outlier, and convergence is to the end.
+  // There is no noise: only corrupted observations are outliers, and the solver runs to
+  // convergence.
   const BundleAdjustmentOptions thorough{.first_iterations = 20, .second_iterations = 20};
   const std::vector<KeyFrameId> first{0_kf}, rest{1_kf, 2_kf, 3_kf}, all{0_kf, 1_kf, 2_kf, 3_kf};
 };
@@ -78,7 +79,7 @@ TEST_F(BundleAdjustment, BringsKeyFramesAndLandmarksBackToTheTruth) {
   EXPECT_EQ(report.fixed_keyframes, 1);
   EXPECT_EQ(report.outliers, 0);
   EXPECT_LT(report.final_cost, 1e-6 * report.initial_cost);
-  // Segments in float pixels, 3e-5 px, limit it: 1e-7 m at 3 m.
+  // The float pixels of segments, 3e-5 px, limit the accuracy: 1e-7 m at 3 m.
   ExpectPoses(1e-6);
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const MapPoint* point = map.point(scene_map.point_ids[i]);
@@ -88,7 +89,7 @@ TEST_F(BundleAdjustment, BringsKeyFramesAndLandmarksBackToTheTruth) {
   for (std::size_t i = 0; i < scene.lines.size(); ++i) {
     const MapLine* line = map.line(scene_map.line_ids[i]);
     if (line == nullptr || line->observations.back().keyframe == 0_kf) continue;
-    // On the true line, and of the true length but for the 2 cm that its ends were moved by.
+    // The line is the true one, and its length is true up to the 2 cm by which its ends were moved.
     const Segment3& truth = scene.lines[i].segment_W;
     const PluckerLine true_line = PluckerLine::FromPoints(truth.p(), truth.q());
     EXPECT_LT(true_line.Distance(line->segment_W.p()), 1e-5);
@@ -129,7 +130,7 @@ TEST_F(BundleAdjustment, HoldsTheOldestWhereNoneIsFixed) {
 
 TEST_F(BundleAdjustment, FixedKeyFramesAndWhatOnlyTheySeeStay) {
   Perturb();
-  // Two that are fixed and contradict each other would have a third of all forgotten.
+  // Two fixed keyframes that contradict each other would make a third of all observations outliers.
   const Pose T1 = map.keyframe(1_kf)->T_WC = kTruth[1];
   std::vector<std::pair<PointId, Eigen::Vector3d>> others;
   for (const PointId id : map.point_ids()) {
@@ -146,7 +147,7 @@ TEST_F(BundleAdjustment, FixedKeyFramesAndWhatOnlyTheySeeStay) {
 }
 
 TEST_F(BundleAdjustment, ForgetsOutlierObservations) {
-  // Two features of keyframe 2 see points that are not theirs, 20 px off and more.
+  // Two features of keyframe 2 see points other than their own, at least 20 px off.
   auto features = std::make_shared<FrameFeatures>(*map.keyframe(2_kf)->frame.features);
   std::vector<PointId> broken;
   for (const std::size_t i : {4u, 9u}) {
@@ -154,7 +155,7 @@ TEST_F(BundleAdjustment, ForgetsOutlierObservations) {
     broken.push_back(map.keyframe(2_kf)->points[i]);
     ASSERT_GT(map.point(broken.back())->observations.size(), 1u);
   }
-  // And a line of keyframe 3 is another edge.
+  // In addition, a line of keyframe 3 is a different edge.
   auto edges = std::make_shared<FrameFeatures>(*map.keyframe(3_kf)->frame.features);
   edges->lines[2].segment.s += Eigen::Vector2f(0, 40);
   edges->lines[2].segment.e += Eigen::Vector2f(40, 0);
@@ -177,13 +178,13 @@ TEST_F(BundleAdjustment, ForgetsOutlierObservations) {
   ExpectPoses(1e-6);
 }
 
-// Keyframe 2 sees four landmarks beside their places: a point and a line with depth, of 3 and 4
-// rows, and one of each without, of 2.
+// Keyframe 2 sees four displaced landmarks: a point and a line with depth, of 3 and 4 rows, and one
+// of each without depth, of 2 rows.
 class BundleAdjustmentBounds : public BundleAdjustment {
  protected:
   enum Row { kTwoOfPoint, kTwoOfLine, kThree, kFour };
 
-  // By `sigmas` standard deviations across.
+  // Displaces the observations laterally by `sigmas` standard deviations.
   void Break(double sigmas) {
     auto features = std::make_shared<FrameFeatures>(*map.keyframe(2_kf)->frame.features);
     for (const std::size_t i : {kPoint, kPointWithoutDepth}) {
@@ -193,7 +194,7 @@ class BundleAdjustmentBounds : public BundleAdjustment {
       LineSegment& segment = features->lines[i].segment;
       const Eigen::Vector2f along = (segment.e - segment.s).normalized();
       const Eigen::Vector2f across(-along.y(), along.x());
-      // Both ends alike: the squared error is of two rows.
+      // Both ends are displaced equally: the squared error is that of two rows.
       const double each = sigmas / std::sqrt(2.0) * model.options().line_sigma;
       segment.s += static_cast<float>(each) * across;
       segment.e += static_cast<float>(each) * across;
@@ -202,7 +203,7 @@ class BundleAdjustmentBounds : public BundleAdjustment {
     features->lines[kLineWithoutDepth].segment_C.reset();
     map.keyframe(2_kf)->frame.features = features;
   }
-  // Whether keyframe 2 sees them after the adjustment: in the order of Row.
+  // Returns whether keyframe 2 still observes them after the adjustment, in the order of Row.
   std::vector<bool> Kept(const BundleAdjustmentOptions& options) {
     const auto report = AdjustBundle(map, model, rest, first, options);
     EXPECT_TRUE(report.usable);
@@ -237,8 +238,8 @@ TEST_F(BundleAdjustmentBounds, EachIsJudgedByTheBoundOfItsRows) {
 }
 
 TEST_F(BundleAdjustmentBounds, TwoSigmasAreKeptAndEightAreNot) {
-  // The other three observations of a landmark leave at least half of the error to the broken one:
-  // four sigmas, beyond every bound; the bounds of 95 % are 2.4 sigmas and more.
+  // The other three observations of a landmark leave at least half of the error to the corrupted
+  // one: four sigmas, beyond every bound; the bounds of 95 % are 2.4 sigmas and more.
   Break(2.0);
   EXPECT_EQ(Kept(thorough), std::vector<bool>(4, true));
   Break(6.0);
@@ -257,7 +258,7 @@ TEST_F(BundleAdjustmentBounds, TheErrorThatIsJudgedIsThatOfTheAdjustedMap) {
   const Eigen::Vector2d error = IdealSensor().camera.Project(p_C) - feature.uv;
   const double squared = error.squaredNorm() / std::pow(model.PointSigma(feature.octave), 2);
   ASSERT_GT(squared, 1.0);
-  // The map rests where the adjustment left it, to a millionth of the cost: so does the error.
+  // The adjustment has converged to a millionth of the cost, and so has the error.
   options.inliers.chi2_2 = 1.001 * squared;
   EXPECT_TRUE(Kept(options)[kTwoOfPoint]);
   options.inliers.chi2_2 = 0.999 * squared;
@@ -280,15 +281,15 @@ TEST_F(BundleAdjustment, OfGoodObservationsAboutOneInAHundredIsAnOutlier) {
   }
   ASSERT_GT(observations, 3000);
   const double share = static_cast<double>(outliers) / observations;
-  // 5 % lie beyond the bounds at the truth; the fit, whose landmarks have but four observations,
-  // leaves one in a hundred. The standard deviation of that share is 0.2 %.
+  // At the truth 5 % lie beyond the bounds; after the fit, whose landmarks have only four
+  // observations, it is one in a hundred. The standard deviation of that share is 0.2 %.
   EXPECT_GT(share, 0.003);
   EXPECT_LT(share, 0.02);
 }
 
 TEST_F(BundleAdjustment, WhatFellBehindTheCameraIsNoInlier) {
-  // Out of the domain the factors of the point are silent: nothing pulls it back, nothing
-  // complains.
+  // Outside their domain the factors of the point are inactive: nothing pulls the point back, and
+  // no error is reported.
   const PointId behind = map.keyframe(1_kf)->points.front();
   ASSERT_NE(behind, kNoId);
   map.point(behind)->p_W = Eigen::Vector3d(0, 0, -3);
@@ -316,7 +317,7 @@ TEST_F(BundleAdjustment, ALineWithoutLengthLeavesTheMap) {
 
 TEST_F(BundleAdjustment, FailureLeavesTheMapAlone) {
   Perturb();
-  // u = fx x / z overflows: the residual is infinite and the solver gives up at the start.
+  // u = fx x / z overflows: the residual is infinite and the solver fails at the start.
   map.point(map.keyframe(1_kf)->points[0])->p_W =
       map.keyframe(1_kf)->T_WC * Eigen::Vector3d(1e307, 0, 1e307);
   std::vector<Eigen::Matrix4d> poses;
@@ -381,7 +382,8 @@ class BundleAdjustmentWithoutDepth : public BundleAdjustment {
       for (PointFeature& feature : features->points) feature.depth = 0.0;
       map.keyframe(id)->frame.features = features;
     }
-    // Along their rays: so far off that a Gauss-Newton step leads behind the camera.
+    // The points are moved along their rays, so far that a Gauss-Newton step leads behind the
+    // camera.
     for (const PointId id : map.point_ids()) map.point(id)->p_W *= 2.5;
   }
   int NumObservations() const {
@@ -451,8 +453,8 @@ TEST_F(BundleAdjustment, StopsWhereAskedWithWhatWasReached) {
 }
 
 TEST_F(BundleAdjustment, StoppedAtTheStartItThrowsNoObservationOut) {
-  // A centimetre each way is 2.5 px at 3 m: far more than the corners' noise, and nothing of it is
-  // an outlier.
+  // A displacement of 1 cm along each axis is 2.5 px at 3 m: far more than the corners' noise, and
+  // none of it is an outlier.
   for (const KeyFrameId id : rest) {
     Eigen::Matrix<double, 6, 1> d = Eigen::Matrix<double, 6, 1>::Zero();
     d[0] = d[1] = id.value() % 2 == 0 ? 0.01 : -0.01;

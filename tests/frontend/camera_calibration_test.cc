@@ -22,7 +22,8 @@ using testing::Scene;
 using testing::SceneMap;
 using testing::UniformInBox;
 
-// The camera as it is; what the map was made with is off by 1 % of the focal lengths, and by 4 px.
+// Returns the true camera; the one that the map was made with is off by 1 % of the focal lengths,
+// and by 4 px.
 RgbdSensor TrueSensor() {
   return IdealSensor();
 }
@@ -38,13 +39,13 @@ Eigen::Vector4d IntrinsicsOf(const PinholeCamera& camera) {
   return {camera.fx, camera.fy, camera.cx, camera.cy};
 }
 
-// What it is that the observations are drawn from as well.
+// Measurement model of the adjustment; the observations are drawn with its noise as well.
 const MeasurementModel kModel(WrongSensor(), {});
 
-// What a walk sees, in a map whose keyframes and points are a centimetre and half a degree off.
-// turns: [rad] about the camera's axes, from one end to the other of the walk. offset, pattern:
-// [1/m] of the inverse of what is read. stored: the camera with its distortion, whose pixels those
-// of the pattern are.
+// Returns the map of a walk whose keyframes and points are off by a centimetre and half a degree.
+// turns: [rad] about the camera's axes, from one end of the walk to the other. offset, pattern:
+// [1/m] errors of the measured inverse depth. stored: the camera with its distortion, in whose
+// pixels the pattern is given.
 Map Walk(const Scene& scene, const Eigen::Vector3d& turns, unsigned seed, double offset = 0.0,
          const DepthPattern& pattern = {}, const PinholeCamera& stored = TrueSensor().camera) {
   std::mt19937 rng(seed);
@@ -90,15 +91,15 @@ TEST(CameraCalibration, OffByOnePercentAreFoundWithinTheirStandardDeviations) {
     EXPECT_TRUE((error.cwiseAbs().array() < 4.0 * found.sigma.array()).all()) << error.transpose();
     EXPECT_LT(found.sigma.maxCoeff(), 0.5);
     EXPECT_EQ(found.keyframes, 24);
-    EXPECT_NEAR(found.error, 1.0, 0.1);  // Huber's loss takes some off
+    EXPECT_NEAR(found.error, 1.0, 0.1);  // Huber's loss reduces it
     EXPECT_TRUE(found.advice.empty());
     nees += error.cwiseQuotient(found.sigma).squaredNorm() / (4.0 * kRuns);
   }
-  // Chi-squared of 20, were the four not correlated: 1 +- 0.32.
+  // Chi-squared of 20 degrees of freedom, if they were not correlated: 1 +- 0.32.
   EXPECT_LT(nees, 1.0 + 4.0 * 0.32);
 }
 
-// Depth that reads 2 % too long at 3 m.
+// Inverse depth offset of depth that reads 2 % too long at 3 m.
 constexpr double kOffset = -0.02 / 1.02 / 3.0;
 
 TEST(CameraCalibration, OffsetsOfDepthAreFoundWithinTheirStandardDeviations) {
@@ -123,7 +124,7 @@ TEST(CameraCalibration, OffsetsOfDepthAreFoundWithinTheirStandardDeviations) {
       nees += normalized * normalized / (2.0 * kRuns);
     }
   }
-  // Chi-squared of 20: 1 +- 0.32.
+  // Chi-squared of 20 degrees of freedom: 1 +- 0.32.
   EXPECT_LT(nees, 1.0 + 4.0 * 0.32);
   EXPECT_GT(nees, 0.2);
 }
@@ -144,7 +145,7 @@ TEST(CameraCalibration, APatternOfDepthIsFoundWithinItsStandardDeviations) {
   double nees = 0.0;
   constexpr int kRuns = 5;
   for (unsigned seed = 1; seed <= kRuns; ++seed) {
-    // As smooth as it is taken to be, 0 in the mean, beside an offset.
+    // The pattern is as smooth as its prior assumes, has zero mean, and comes with an offset.
     DepthPattern truth;
     for (int node = 0; node < DepthPattern::kNodes; ++node) {
       const double left = node % DepthPattern::kColumns > 0 ? truth.nodes[node - 1] : 0.0;
@@ -153,7 +154,8 @@ TEST(CameraCalibration, APatternOfDepthIsFoundWithinItsStandardDeviations) {
     const Map map = Walk(scene, {0.8, 0.8, 0.8}, 100 * seed, kOffset, truth);
     const CameraCalibration found = CalibrateCamera(
         map, known, kFirstSubmap, {.intrinsics = false, .pattern_of = TrueSensor().camera});
-    // What both have everywhere, one of them has by chance.
+    // The constant part, which both the offset and the pattern can represent, is in one of them by
+    // chance.
     const double shift = (found.depth_pattern.nodes - truth.nodes).mean();
     const DepthPattern::Vector error = (found.depth_pattern.nodes - truth.nodes).array() - shift;
     EXPECT_LT(std::sqrt(error.squaredNorm() / DepthPattern::kNodes), 0.25 * truth.Rms());
@@ -183,7 +185,7 @@ TEST(CameraCalibration, APatternIsThatOfTheImageAsItIsStored) {
         CalibrateCamera(map, MeasurementModel(TrueSensor(), {}), kFirstSubmap,
                         {.intrinsics = false, .pattern_of = camera});
     DepthPattern left{found.depth_pattern.nodes - truth.nodes};
-    left.nodes.array() -= left.nodes.mean();  // that is the offset's
+    left.nodes.array() -= left.nodes.mean();  // the mean belongs to the offset
     return left.Rms();
   };
   EXPECT_LT(error(stored), 0.5 * error(stored.WithoutDistortion()));
@@ -199,7 +201,7 @@ TEST(CameraCalibration, AGivenPatternIsNotLookedFor) {
 }
 
 TEST(CameraCalibration, APatternThatHardlyShowsIsSaid) {
-  // It hardly moves: what is seen in one place of the image stays there.
+  // The camera hardly moves: points stay where they are in the image.
   Scene scene = MakeSurroundings();
   SceneMap scene_map(scene);
   for (int i = 0; i < 4; ++i) {
@@ -218,7 +220,7 @@ TEST(CameraCalibration, APatternThatHardlyShowsIsSaid) {
 
 TEST(CameraCalibration, WhatIsNotSeenIsSaid) {
   const Scene scene = MakeSurroundings();
-  // It looks ahead all the time: a principal point beside its place and a turn are alike.
+  // The camera always looks ahead: a shifted principal point and a rotation are indistinguishable.
   const Map map = Walk(scene, {0.0, 0.0, 0.0}, 7);
   const CameraCalibration found = CalibrateCamera(map, kModel);
   const CameraCalibration turned = CalibrateCamera(Walk(scene, {0.8, 0.8, 0.8}, 7), kModel);
@@ -230,7 +232,7 @@ TEST(CameraCalibration, WhatIsNotSeenIsSaid) {
 // Their distance is in no row: the normal equations would be singular.
 TEST(CameraCalibration, PointsWithoutDepthAreLeftOutWhereTheyWereSeenWithoutParallax) {
   Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 7);
-  // Two more keyframes of one place, whose last point is in no other.
+  // Two additional keyframes at one place have a last point that no other keyframe sees.
   const KeyFrame& model = *map.keyframe(map.keyframe_ids().front());
   const std::vector<PointId> points = model.points;
   const Pose T_WC = model.T_WC;
@@ -252,7 +254,7 @@ TEST(CameraCalibration, PointsWithoutDepthAreLeftOutWhereTheyWereSeenWithoutPara
   EXPECT_EQ(with.points, without.points);
   EXPECT_EQ(with.intrinsics, without.intrinsics);
 
-  // Others keep their distance by parallax: every second point loses its depth everywhere.
+  // Other points keep their distance by parallax: every second point loses its depth everywhere.
   for (const KeyFrameId id : map.keyframe_ids()) {
     KeyFrame& keyframe = *map.keyframe(id);
     auto half = std::make_shared<FrameFeatures>(*keyframe.frame.features);

@@ -24,8 +24,8 @@ struct Truth {
   double time_offset = 0.017, depth_scale = 0.97;
   Eigen::Vector3d gyroscope_bias{0.02, -0.01, 0.03}, accelerometer_bias{0.1, -0.05, 0.08};
   double duration = 30.0;        // [s]
-  bool turns = true;             // else the camera keeps its orientation
-  double position_noise = 1e-3;  // [m] of a pose of the camera
+  bool turns = true;             // otherwise the camera keeps its orientation
+  double position_noise = 1e-3;  // [m] of a camera pose
   double rotation_noise = 1e-3;  // [rad]
 };
 
@@ -55,7 +55,7 @@ Recording Record(const Truth& truth, unsigned seed) {
     walk_a += noise(kNoise.accelerometer_walk / root);
     recording.readings.push_back(sample);
   }
-  // The map begins where the camera was: a world of its own, as large as its depth says.
+  // The map begins at the camera: it has a world of its own, whose scale is that of its depth.
   const Pose T_MW = Pose::FromTangent({0.3, -1.0, 0.2}, {0.5, -0.2, 1.0});
   for (double t = 0.3; t < truth.duration - 0.3; t += 1.0 / kFps) {
     const Pose T_MC = T_MW * motion.StateAt(t).T_WB * truth.T_BC;
@@ -71,7 +71,7 @@ CameraImuCalibration Calibrate(const Recording& recording, bool with_scale = tru
                             {.noise = kNoise, .estimate_depth_scale = with_scale});
 }
 
-// In standard deviations, of each of six, t_d and s.
+// Returns the errors in standard deviations: of each of the six of T_BC, of t_d and of s.
 Eigen::Matrix<double, 8, 1> NormalisedErrors(const CameraImuCalibration& found,
                                              const Truth& truth) {
   Eigen::Matrix<double, 8, 1> e;
@@ -97,7 +97,7 @@ TEST(CameraImuCalibration, FindsTheCameraOnTheBodyTheClocksAndTheMetre) {
   const Truth truth;
   const CameraImuCalibration found = Calibrate(Record(truth, 2));
   const Pose error = truth.T_BC.Inverse() * found.T_BC;
-  // What is asked of a minute of real images, from half of it here.
+  // The accuracy required of a minute of real images is reached here with half of that.
   EXPECT_LT(error.p().norm(), 2e-3);
   EXPECT_LT(so3::Log(error.q()).norm(), 0.1 * M_PI / 180.0);
   EXPECT_NEAR(found.time_offset, truth.time_offset, 2e-4);
@@ -118,8 +118,8 @@ TEST(CameraImuCalibration, ItsErrorsAreThoseThatItStates) {
     const auto found = Calibrate(Record(truth, 100 + seed));
     squares += NormalisedErrors(found, truth).squaredNorm() / 8.0;
   }
-  // 240 numbers, correlated within a seed: a standard error of about 0.14. Inflation for lasting
-  // errors, of which there are none here, takes some of it.
+  // 240 numbers, correlated within a seed, have a standard error of about 0.14. The inflation for
+  // systematic errors, of which there are none here, reduces the sum.
   EXPECT_GT(squares / kSeeds, 0.5);
   EXPECT_LT(squares / kSeeds, 1.4);
 }
@@ -156,7 +156,7 @@ TEST(CameraImuCalibration, AFewWrongPosesChangeLittle) {
 }
 
 TEST(CameraImuCalibration, SaysWhichTurnsAreMissing) {
-  // A body that turns about one of its axes only: what a robot on a floor does.
+  // The body rotates about one of its axes only, as a robot on a floor does.
   const Truth truth;
   Recording recording;
   std::mt19937 rng(7);
@@ -183,7 +183,7 @@ TEST(CameraImuCalibration, SaysWhichTurnsAreMissing) {
   }
 }
 
-// A body that turns about all of its axes and sways by `sway` [m] only.
+// Returns the recording of a body that rotates about all of its axes but sways by `sway` [m] only.
 Recording Turn(const Truth& truth, double sway, unsigned seed) {
   Recording recording;
   std::mt19937 rng(seed);
@@ -193,7 +193,7 @@ Recording Turn(const Truth& truth, double sway, unsigned seed) {
     return Eigen::Vector3d(sigma * Eigen::Vector3d(x, y, z));
   };
   const SinusoidalMotion motion(1.5);
-  // Its position is that of the motion, smaller by a share.
+  // The position is that of the motion, scaled down.
   const double share = sway / 1.2;
   for (ImuSample sample : motion.Samples(kHertz, 30.0)) {
     const Eigen::Quaterniond q = motion.StateAt(ToSeconds(sample.stamp)).T_WB.q();
@@ -211,7 +211,7 @@ Recording Turn(const Truth& truth, double sway, unsigned seed) {
   return recording;
 }
 
-// Noise of poses must not draw the scale to 0, where all of them would agree.
+// Noise of the poses must not draw the scale to 0, where all of them would agree.
 TEST(CameraImuCalibration, AMotionTooSmallForTheScaleLeavesItOpenOrRight) {
   const Truth truth;
   for (const double sway : {0.0, 0.02, 0.05}) {
@@ -257,7 +257,8 @@ TEST(CameraImuCalibration, ReadingsAtTheEndOfARangeThatIsToldCountForLittle) {
   const CameraImuCalibration told = CalibrateCameraImu(
       recording.camera, recording.readings,
       {.noise = kNoise, .gyroscope_range = kGyroscope, .accelerometer_range = kAccelerometer});
-  // As FindsTheCameraOnTheBodyTheClocksAndTheMetre, of fewer readings: the fastest are missing.
+  // As in FindsTheCameraOnTheBodyTheClocksAndTheMetre, with fewer readings: the fastest are
+  // missing.
   EXPECT_LT((told.T_BC.p() - truth.T_BC.p()).norm(), 5e-3);
   EXPECT_LT((truth.T_BC.Inverse() * told.T_BC).Angle(), 0.1 * M_PI / 180.0);
   EXPECT_NEAR(told.time_offset, truth.time_offset, 3e-4);

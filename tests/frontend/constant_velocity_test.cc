@@ -29,7 +29,7 @@ TEST(ConstantVelocity, AMissingImageIsTwoSteps) {
   ConstantVelocity velocity;
   velocity.Measure(kStep, 0.1);
   ExpectNear(velocity.Predict(0.2), kStep * kStep);
-  // What it looks like where the time between images is not asked for: 16 degrees more.
+  // This is the error in the image if the interval between images were ignored: 16 degrees more.
   const PinholeCamera camera;
   const Eigen::Vector3d p_C(0.2, 0.1, 2.0);
   const auto seen = [&](const Pose& T) { return camera.Project(T.Inverse() * p_C); };
@@ -38,14 +38,15 @@ TEST(ConstantVelocity, AMissingImageIsTwoSteps) {
 }
 
 TEST(ConstantVelocity, BetweenTwoStepsMotionIsBetweenTheirs) {
-  // Speeds up evenly: 1 m/s in the middle of the first 0.1 s, 2.5 in that of the next 0.2.
+  // The speed increases evenly: 1 m/s in the middle of the first 0.1 s, 2.5 in that of the next
+  // 0.2.
   ConstantVelocity before, after;
   before.Measure(Pose::FromTangent({0, 0, 0.1}, {0, 0, 0.01}), 0.1);
   after.Measure(Pose::FromTangent({0, 0, 0.5}, {0, 0, 0.05}), 0.2);
   const Twist between = after.AtBeginning(before);
   EXPECT_NEAR(between.v.z(), 1.5, 1e-12);
   EXPECT_NEAR(between.omega.z(), 0.15, 1e-12);
-  // With nothing before, what follows is all that is known.
+  // Without a step before, only the step after is known.
   EXPECT_EQ(after.AtBeginning(ConstantVelocity()).v, after.twist().v);
 }
 
@@ -69,7 +70,7 @@ TEST(ConstantVelocity, IsNotCarriedOnForEver) {
   ConstantVelocity velocity;
   velocity.Measure(kStep, 0.1);
   ExpectNear(velocity.Predict(20.0), velocity.Predict(0.5));
-  // Slow images are of a slow camera.
+  // A low image rate belongs to a slow camera.
   velocity.Measure(kStep, 2.0);
   ExpectNear(velocity.Predict(2.0), kStep);
   ExpectNear(velocity.Predict(20.0), kStep);

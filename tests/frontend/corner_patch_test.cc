@@ -1,4 +1,4 @@
-// Patches of landmarks laid over images that show them from elsewhere.
+// Patches of landmarks aligned to images taken from elsewhere.
 #include "local/corner_patch.h"
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr PyramidOptions kPyramid{};
 
-// Blobs of some six pixels.
+// Returns an image of blobs of some six pixels.
 cv::Mat Texture(int seed) {
   cv::RNG rng(static_cast<std::uint64_t>(seed));
   cv::Mat noise(240, 320, CV_32FC1), image;
@@ -29,7 +29,7 @@ cv::Mat Texture(int seed) {
   return image;
 }
 
-// The image whose pixel `A (x - from) + to` shows what `image` does at x.
+// Returns the image whose pixel `A (x - from) + to` shows what `image` shows at x.
 cv::Mat Warped(const cv::Mat& image, const Eigen::Matrix2d& A, const Eigen::Vector2d& from,
                const Eigen::Vector2d& to) {
   const Eigen::Vector2d t = to - A * from;
@@ -39,7 +39,7 @@ cv::Mat Warped(const cv::Mat& image, const Eigen::Matrix2d& A, const Eigen::Vect
   return warped;
 }
 
-// Darker, and with the noise of a sensor.
+// Returns a darker image with the noise of a sensor.
 cv::Mat SeenBy(const cv::Mat& image, int seed) {
   cv::RNG rng(static_cast<std::uint64_t>(seed));
   cv::Mat seen, noise(image.size(), CV_32FC1);
@@ -50,7 +50,7 @@ cv::Mat SeenBy(const cv::Mat& image, int seed) {
   return seen;
 }
 
-// The sharpest corner of the middle of the image.
+// Returns the sharpest corner near the middle of the image.
 Eigen::Vector2d Corner(const cv::Mat& image) {
   cv::Mat mask = cv::Mat::zeros(image.size(), CV_8UC1);
   mask(cv::Rect(100, 80, 120, 80)) = 255;
@@ -101,22 +101,22 @@ TEST(CornerPatch, IsNotSoughtFartherThanTwoPixelsNorBeyondTheImage) {
   EXPECT_FALSE(AlignPatch(*patch, same, image, 0, pixel + Eigen::Vector2d(2.5, 0.0)));
   EXPECT_FALSE(AlignPatch(*patch, same, image, 0, {2.0, 120.0}));
   EXPECT_FALSE(AlignPatch(*patch, same, image, 0, {400.0, -7.0}));
-  // Turned by half a right angle and twice as large it would need more than is kept.
+  // Rotated by 45 degrees and twice as large, the patch would need more pixels than are stored.
   EXPECT_FALSE(AlignPatch(*patch, 2.5 * same, image, 0, pixel));
   EXPECT_FALSE(CutPatch(image, 0, {8.0, 120.0}, KeyFrameId(0)));
   EXPECT_FALSE(CutPatch(image, 0, {150.0, 232.0}, KeyFrameId(0)));
   EXPECT_FALSE(CutPatch(image, kPyramid.levels, pixel, KeyFrameId(0)));
 }
 
-// A wall 2 m before a camera that moves along it by `shift` [m], on which every keyframe sees
-// the same corners.
+// A wall 2 m in front of a camera that moves along it by `shift` [m]; every keyframe sees the same
+// corners on it.
 struct Wall {
   static constexpr double kDepth = 2.0;
   PinholeCamera camera{
       .width = 320, .height = 240, .fx = 260.0, .fy = 260.0, .cx = 159.5, .cy = 119.5};
   cv::Mat first = Texture(7);
   Eigen::Vector3d shift{0.05, -0.03, 0.0};
-  Eigen::Vector2d moved = -260.0 / kDepth * shift.head<2>();  // [px] what the image is
+  Eigen::Vector2d moved = -260.0 / kDepth * shift.head<2>();  // [px] motion of the image
   std::vector<Eigen::Vector2d> corners;                       // [px] in the first image
 
   Wall() {
@@ -129,7 +129,7 @@ struct Wall {
     return Warped(first, Eigen::Matrix2d::Identity(), Eigen::Vector2d::Zero(), moved);
   }
 
-  // Found `off` from where they are.
+  // Adds observations found `off` from the true positions.
   TrackedFrame See(const cv::Mat& gray, const Pose& T_WC, const Eigen::Vector2d& at,
                    const Eigen::Vector2d& off) const {
     auto features = std::make_shared<FrameFeatures>();
@@ -170,7 +170,7 @@ TEST(CornerRefiner, MovesCornersOfLandmarksToWhereTheyLookAsTheyDidFirst) {
   const Eigen::Vector2d off(0.7, 0.6);
   TrackedFrame second = wall.See(wall.Second(), T_WC, wall.moved, off);
   second.points = points;
-  second.points.front() = kNoId;  // no landmark: stays where it is
+  second.points.front() = kNoId;  // without a landmark it stays where it is
   const auto refined =
       refiner.Refine(second, ImageLevels(second.frame.features->gray, kPyramid), map);
   EXPECT_TRUE(refined->gray.empty());
@@ -187,7 +187,7 @@ TEST(CornerRefiner, MovesCornersOfLandmarksToWhereTheyLookAsTheyDidFirst) {
   EXPECT_GT(found, 0.9 * static_cast<double>(points.size()));
   EXPECT_EQ(refined->points.front().uv, second.frame.features->points.front().uv);
 
-  // With the keyframe that has the patches gone, another stands for its pose.
+  // After the keyframe with the patches is removed, another one anchors its pose.
   const KeyFrame& other = map.AddKeyFrame(second.frame, T_WC);
   for (std::size_t i = 1; i < points.size(); ++i) {
     map.ObservePoint(other.id, static_cast<int>(i), points[i]);
@@ -199,7 +199,7 @@ TEST(CornerRefiner, MovesCornersOfLandmarksToWhereTheyLookAsTheyDidFirst) {
   EXPECT_EQ(again->points[1].uv, refined->points[1].uv);
 }
 
-// Which of the wall's corners have a patch, with that depth about them.
+// Returns which of the wall's corners get a patch with that depth around them.
 std::vector<bool> Remembered(const Wall& wall, const cv::Mat& depth, int octave = 0) {
   const CornerRefiner refiner(wall.camera);
   Map map;
@@ -224,10 +224,10 @@ TEST(CornerRefiner, TakesNoPatchAcrossAnEdgeOfDepth) {
   const Wall wall;
   cv::Mat depth(240, 320, CV_32FC1, cv::Scalar(Wall::kDepth));
   depth(cv::Rect(160, 0, 160, 240)) = 3.0F;
-  depth(cv::Rect(0, 0, 320, 90)) = 0.0F;  // what was not measured contradicts nothing
+  depth(cv::Rect(0, 0, 320, 90)) = 0.0F;  // unmeasured depth contradicts nothing
   const std::vector<bool> has = Remembered(wall, depth);
   for (std::size_t i = 0; i < has.size(); ++i) {
-    // Half a patch and a cell of 4 px away from the edge it is seen, or not.
+    // Half a patch and a cell of 4 px away from the edge a corner has a patch; beyond it, none.
     const double u = wall.corners[i].x(), v = wall.corners[i].y();
     const bool apart = u < 160 - 9 || v<90 - 9, beside = u> 160 - 4 && v > 90 + 9;
     EXPECT_TRUE(has[i] || !apart) << u << ", " << v;
@@ -236,7 +236,7 @@ TEST(CornerRefiner, TakesNoPatchAcrossAnEdgeOfDepth) {
 }
 
 TEST(CornerRefiner, TakesNoPatchThatSpansTooWideAnAngle) {
-  const Wall wall;  // 260 px of focal length: 4.5 px a level 0 are 1 degree
+  const Wall wall;  // focal length 260 px: 4.5 px at level 0 are 1 degree
   const cv::Mat depth(240, 320, CV_32FC1, cv::Scalar(Wall::kDepth));
   const auto count = [&](int octave) {
     return std::ranges::count(Remembered(wall, depth, octave), true);

@@ -16,10 +16,10 @@ namespace {
 using testing::IdealSensor;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// Turned against the world, so that directions in C and in W differ.
+// Rotated with respect to the world, so that directions in C and in W differ.
 const Pose kCamera = Pose::FromTangent({0.5, -0.2, 0.3}, {0.2, -0.3, 0.4});
 
-// What a camera at kCamera tells of its pose. Points and lines in C.
+// Information of a camera at kCamera about its pose. Points and lines are in C.
 class Degeneracy : public ::testing::Test {
  protected:
   void AddPoint(const Eigen::Vector3d& p_C) {
@@ -73,7 +73,7 @@ TEST_F(Degeneracy, LinesOfTwoDirectionsLeaveNoneOpen) {
 }
 
 TEST_F(Degeneracy, ATexturedBoxLeavesNoneOpen) {
-  // Its front, and one side.
+  // The front of the object and one side.
   for (int i = -3; i <= 3; ++i) {
     for (int j = -3; j <= 3; ++j) {
       AddPoint({0.3 * i, 0.3 * j, 2.5});
@@ -84,7 +84,7 @@ TEST_F(Degeneracy, ATexturedBoxLeavesNoneOpen) {
 }
 
 TEST_F(Degeneracy, RotationCountsByTheWayItMovesTheScene) {
-  // 5 mrad about x: 5 mm at 1 m, 5 cm at 10 m.
+  // A rotation of 5 mrad about x moves a point by 5 mm at 1 m, by 5 cm at 10 m.
   Matrix6 information = 1e8 * Matrix6::Identity();
   information(3, 3) = 1.0 / (0.005 * 0.005);
   EXPECT_TRUE(FindOpenDirections(information, kCamera, 1.0).empty());
@@ -95,7 +95,7 @@ TEST_F(Degeneracy, RotationCountsByTheWayItMovesTheScene) {
 }
 
 TEST_F(Degeneracy, TranslationIsTheCameras) {
-  // Along z of the world.
+  // The direction is z of the world.
   Matrix6 information = 1e8 * Matrix6::Identity();
   information(2, 2) = 1.0 / (0.04 * 0.04);
   const auto open = FindOpenDirections(information, kCamera, 2.0);

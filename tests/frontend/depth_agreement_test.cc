@@ -13,7 +13,7 @@ PinholeCamera Camera() {
 
 class DepthComparisonTest : public ::testing::Test {
  protected:
-  // What a camera sees of walls x = X(y, z) ...: the depth of each ray by `depth`.
+  // Returns the view of a camera in which `depth` gives the depth of each ray.
   cv::Mat View(const std::function<double(const Eigen::Vector3d& ray)>& depth) const {
     cv::Mat view(grid.camera().height, grid.camera().width, CV_32FC1);
     for (int v = 0; v < view.rows; ++v) {
@@ -26,7 +26,8 @@ class DepthComparisonTest : public ::testing::Test {
   cv::Mat Wall(double z) const {
     return View([z](const Eigen::Vector3d&) { return z; });
   }
-  // A wall at 3 m, before it at 2 m a box that covers x/z from `left` to `right`.
+  // Returns the view of a wall at 3 m and, in front of it at 2 m, a box that covers x/z from `left`
+  // to `right`.
   cv::Mat Box(double left, double right) const {
     return View([=](const Eigen::Vector3d& ray) {
       return ray.x() >= left && ray.x() <= right ? 2.0 : 3.0;
@@ -44,7 +45,7 @@ class DepthComparisonTest : public ::testing::Test {
 
 TEST_F(DepthComparisonTest, OnePlaceContradictsNothing) {
   EXPECT_EQ(Contradiction(Box(-0.2, 0.2), Box(-0.2, 0.2)), 0.0);
-  // Half a metre nearer to the same wall.
+  // The camera is half a metre nearer to the same wall.
   EXPECT_EQ(Contradiction(Wall(3.0), Wall(2.5), Pose(Eigen::Quaterniond::Identity(), {0, 0, 0.5})),
             0.0);
 }
@@ -55,14 +56,14 @@ TEST_F(DepthComparisonTest, WhatHasComeOrGoneIsSeenOneWayAlone) {
 }
 
 TEST_F(DepthComparisonTest, APlaceWithTheSameThingsElsewhereIsAnother) {
-  // A third of 1.2 in x/z on either side.
+  // The boxes cover a third of 1.2 in x/z on either side.
   const auto share = Contradiction(Box(-0.5, -0.1), Box(0.1, 0.5));
   ASSERT_TRUE(share);
   EXPECT_NEAR(*share, 0.4 / 1.22, 0.04);  // the borders of the boxes are left out
 }
 
 TEST_F(DepthComparisonTest, AWrongDistanceContradictsOneWay) {
-  // One looks through the wall of the other, which lies behind.
+  // One camera looks through the wall of the other, which lies behind.
   EXPECT_EQ(Contradiction(Wall(3.0), Wall(2.0)), 0.0);
 }
 

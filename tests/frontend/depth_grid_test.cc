@@ -18,7 +18,7 @@ TEST(DepthGrid, IsTheImageInCoarseCells) {
   EXPECT_EQ(grid.camera().width, 80);
   EXPECT_EQ(grid.camera().height, 60);
   EXPECT_EQ(grid.cell_size(), 8.0);
-  // The middle of the first cell is that of pixels 0 to 7.
+  // The centre of the first cell is that of pixels 0 to 7.
   EXPECT_EQ(grid.CellOf({3.5, 3.5}), cv::Point(0, 0));
   EXPECT_EQ(grid.CellOf({7.4, 7.6}), cv::Point(0, 1));
   EXPECT_EQ(grid.CellOf({-5.0, 700.0}), cv::Point(0, 59));
@@ -30,7 +30,7 @@ TEST(DepthGrid, IsTheImageInCoarseCells) {
   EXPECT_NEAR((grid.Project(2.0F * grid.Ray({7, 9})) - Eigen::Vector2f(7, 9)).norm(), 0.0F, 1e-4F);
 }
 
-// Its cells are of the same angle however the camera is held.
+// Cells subtend the same angle however the camera is held.
 TEST(DepthGrid, APortraitImageHasTheCellsOfItsLandscape) {
   const DepthGrid grid{PinholeCamera{.width = 480, .height = 640, .cx = 239.5, .cy = 319.5}};
   EXPECT_EQ(grid.camera().width, 60);
@@ -84,7 +84,7 @@ TEST(DepthGrid, AveragesGreyLevelsOverTheCell) {
 
 TEST(DepthGrid, UndoesTheDistortion) {
   const DepthGrid grid{kCamera};
-  // Depth that tells the undistorted column.
+  // Depth encodes the undistorted column.
   cv::Mat depth(480, 640, CV_32FC1);
   for (int v = 0; v < depth.rows; ++v) {
     for (int u = 0; u < depth.cols; ++u) {
@@ -93,7 +93,7 @@ TEST(DepthGrid, UndoesTheDistortion) {
   }
   const cv::Mat cells = grid.Sample(depth, 0.1, 8.0);
   for (int u = 5; u < 75; u += 5) {
-    // To a pixel: cells take the nearest one.
+    // The tolerance is one pixel: cells take the nearest one.
     EXPECT_NEAR(cells.at<float>(30, u), 1.0 + (8.0 * u + 3.5) / 640.0, 1.0 / 640.0) << u;
   }
 }
@@ -118,7 +118,7 @@ TEST(FindSurfaces, PartsThemAtStepsAndWhereNothingIsMeasured) {
   for (int v = 0; v < cells.rows; ++v) {
     for (int u = 0; u < cells.cols; ++u) cells.at<float>(v, u) += 0.08F * static_cast<float>(u);
   }
-  cells(cv::Rect(2, 1, 3, 2)).setTo(1.5F);   // a plate before a slanted wall
+  cells(cv::Rect(2, 1, 3, 2)).setTo(1.5F);   // a plate in front of a slanted wall
   cells(cv::Rect(0, 4, 10, 1)).setTo(0.0F);  // a gap
   const DepthSurfaces surfaces = FindSurfaces(cells, 0.05);
   EXPECT_EQ(surfaces.sizes, (std::vector<int>{40 - 6, 6, 10}));

@@ -14,15 +14,15 @@
 namespace highwall::depth_identification_test {
 namespace {
 
-// From the depth of a surface [m] to what is stored; 0 where nothing is measured.
+// Maps the depth of a surface [m] to the stored value; 0 where nothing is measured.
 using Model = std::function<double(double z, std::mt19937& rng)>;
 
 double Normal(std::mt19937& rng) {
   return std::normal_distribution<double>()(rng);
 }
 
-// Disparities of focal x baseline [px m] in steps of `step` px, rounded to `unit` [1/m], then
-// multiplied.
+// Returns a model of disparities of focal x baseline [px m] in steps of `step` px, rounded to
+// `unit` [1/m], then multiplied.
 Model Triangulating(double scale, double step, double sigma, double unit, double times,
                     double most = 1e9) {
   return [=](double z, std::mt19937& rng) {
@@ -38,7 +38,7 @@ Model TimeOfFlight(const DepthNoise& noise, double unit) {
   };
 }
 
-// Walls at several depths, all of them turned away, seen by several images.
+// Returns the statistics of several images of slanted walls at several depths.
 DepthStatistics Survey(const Model& model, const cv::Size& size = {320, 240}, double holes = 0.1) {
   std::mt19937 rng(7);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -48,7 +48,7 @@ DepthStatistics Survey(const Model& model, const cv::Size& size = {320, 240}, do
     for (int v = 0; v < size.height; ++v) {
       for (int u = 0; u < size.width; ++u) {
         const int wall = 4 * u / size.width;
-        // 0.7 to 3.3 m: inverse depth is affine over a plane.
+        // From 0.7 to 3.3 m: inverse depth is affine over a plane.
         const double z = 1.0 / (1.35 - 0.32 * wall - 0.25 * v / size.height + 0.1 * u / size.width +
                                 0.01 * image);
         if (uniform(rng) < holes && v % 20 == 0) continue;
@@ -73,7 +73,7 @@ constexpr double kKinect = 580.0 * 0.075, kD435 = 0.05, kD455 = 0.095;
 TEST(DepthSurvey, FindsTheStepsOfInverseDepth) {
   const DepthStatistics kinect = Survey(Triangulating(kKinect, 1.0 / 8.0, 0.1, 1000.0, 5.0));
   ASSERT_TRUE(kinect.inverse_step);
-  // 1/8 px, in units of 5000 a metre; the search steps by 0.2 %.
+  // The step is 1/8 px, in units of 5000 per metre; the search has steps of 0.2 %.
   EXPECT_NEAR(*kinect.inverse_step * 5000.0, 0.125 / kKinect, 0.003 * 0.125 / kKinect);
   EXPECT_GT(kinect.inverse_step_coherence, 0.7);
   const DepthStatistics d435 = Survey(Triangulating(642 * kD435, 1.0 / 32.0, 0.08, 1000.0, 1.0));
@@ -103,8 +103,8 @@ TEST(DepthSurvey, MeasuresGrainAndHoles) {
   EXPECT_NEAR(statistics.holes, 0.2, 0.02);
   EXPECT_GT(statistics.edge_holes, statistics.holes);
   ASSERT_GE(statistics.grain.size(), 4u);
-  // The lower quartile of residuals of 49 pixels lies 7 % below 5 mm; planes within a third octave
-  // and the rounding to 1 mm add little.
+  // The lower quartile of residuals of 49 pixels lies 7 % below 5 mm; planes within a third of an
+  // octave and the rounding to 1 mm add little.
   for (const DepthGrain& grain : statistics.grain) EXPECT_NEAR(grain.sigma, 4.7, 0.5);
 }
 

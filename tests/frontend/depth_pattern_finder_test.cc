@@ -25,7 +25,8 @@ using testing::UniformInBox;
 const DepthPatternOptions kLockstep{.background = false};
 const BundleAdjustmentOptions kBundle{.threads = 1};
 
-// Depth that reads too short on the left of the image, and too long on the right.
+// Returns a pattern by which depth reads too short on the left of the image, and too long on the
+// right.
 DepthPattern Tilted() {
   DepthPattern pattern;
   for (int node = 0; node < DepthPattern::kNodes; ++node) {
@@ -34,8 +35,8 @@ DepthPattern Tilted() {
   return pattern;
 }
 
-// A walk through points all around it whose depth is off by `pattern`, as keyframes of a map have
-// them: the camera 5 mm and 1 mrad off along each axis, at most.
+// A walk among points on all sides whose depth is off by `pattern`, as keyframes of a map: the
+// camera is off by at most 5 mm and 1 mrad along each axis.
 class Walk {
  public:
   explicit Walk(const DepthPattern& pattern, int keyframes = 16)
@@ -65,7 +66,7 @@ class Walk {
     map = std::move(scene_map.map);
   }
 
-  // [m] RMS of the keyframes' places.
+  // Returns the RMS position error of the keyframes [m].
   double Error() const {
     double sum = 0.0;
     std::size_t i = 0;
@@ -86,7 +87,7 @@ class Walk {
 
 TEST(Mended, TakesThePatternOffDepthAndEndsAtTheirPixelsOfTheImageAsItIsStored) {
   PinholeCamera camera = IdealSensor().camera;
-  camera.k1 = -0.2;  // at the edge a pixel lies far from where it would without
+  camera.k1 = -0.2;  // at the edge distortion moves a pixel far
   const PinholeCamera undistorted = camera.WithoutDistortion();
   const DepthPattern pattern = Tilted();
   const auto off = [&](const Eigen::Vector3d& p_C) {
@@ -114,7 +115,7 @@ TEST(Mended, TakesThePatternOffDepthAndEndsAtTheirPixelsOfTheImageAsItIsStored) 
 
 TEST(DepthPatternFinder, FindsThePatternAndMendsTheMap) {
   const DepthPattern truth = Tilted();
-  // What an adjustment comes to where depth is right, and where it is off.
+  // Reports of an adjustment where depth is correct, and where it is distorted.
   Walk right(DepthPattern{}), bent(truth);
   for (Walk* walk : {&right, &bent}) {
     AdjustBundle(walk->map, walk->model, walk->map.KeyFramesOf(kFirstSubmap), {}, kBundle);
@@ -154,11 +155,11 @@ TEST(DepthPatternFinder, WaitsForKeyframesOfItsOwnRunAndForMoreOfThemTheNextTime
   Walk walk(Tilted());
   DepthPatternFinder finder(walk.camera, kLockstep, kBundle);
   const KeyFrameId fifth = walk.map.keyframe_ids()[4];
-  finder.Begin(walk.map, walk.model, kFirstSubmap, fifth);  // eleven are left
+  finder.Begin(walk.map, walk.model, kFirstSubmap, fifth);  // eleven keyframes remain
   EXPECT_FALSE(finder.HasResult());
   finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
   EXPECT_TRUE(finder.Finish(&walk.map));
-  finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);  // no more than before
+  finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);  // no more keyframes than before
   EXPECT_FALSE(finder.HasResult());
 
   DepthPatternFinder off(walk.camera, {.enabled = false, .background = false}, kBundle);
@@ -174,7 +175,7 @@ TEST(DepthPatternFinder, MoreKeyframesTellAPatternThatIsKnownBetter) {
   ASSERT_TRUE(finder.Finish(&first.map));
   const DepthPattern left{truth.nodes - finder.pattern().nodes};
 
-  // By itself it could be chance.
+  // This walk alone could show a pattern by chance.
   Walk longer(left, 30);
   DepthPatternFinder unaware(longer.camera, kLockstep, kBundle);
   unaware.Begin(longer.map, longer.model, kFirstSubmap, kNoId);
@@ -203,7 +204,7 @@ TEST(DepthPatternFinder, APatternIsNotReplacedByOneThatIsKnownLessWell) {
   finder.Begin(sparse.map, sparse.model, kFirstSubmap, kNoId);
   EXPECT_FALSE(finder.Finish(&sparse.map));
   EXPECT_EQ(finder.pattern().nodes, known.nodes);
-  // To one who knows of none it tells a pattern.
+  // A finder without a known pattern estimates one.
   DepthPatternFinder unaware(sparse.camera, kLockstep, kBundle);
   unaware.Begin(sparse.map, sparse.model, kFirstSubmap, kNoId);
   EXPECT_TRUE(unaware.Finish(&sparse.map));

@@ -21,12 +21,12 @@ using testing::InertialScene;
 using testing::InertialSceneOptions;
 using testing::operator""_kf;
 
-constexpr double kTooLong = 1.04;  // what the depth reads of a true metre
+constexpr double kTooLong = 1.04;  // measured depth of a true metre
 constexpr double kInterval = 0.5;  // [s] from a keyframe to the next
 const DepthScaleOptions kOptions;
 
-// The keyframes of a body in motion with an IMU, whose relative poses have the noise that the
-// estimate reckons with, and whose lengths are `depth` times the true ones.
+// Returns the map of a moving body with an IMU: the keyframes' relative poses have the noise that
+// the estimator assumes, and their lengths are `depth` times the true ones.
 Map MakeMap(const InertialSceneOptions& options, double depth, int keyframes,
             double position_share = kOptions.position_share) {
   InertialScene scene(options);
@@ -109,7 +109,7 @@ TEST(DepthScale, JoinsTheRunsOfAnInterruptedImu) {
   KeyFrameMotion& broken = *map.keyframe(15_kf)->motion;
   broken.previous = kNoId;
   broken.from_previous = nullptr;
-  // What the images drift by meanwhile is no matter.
+  // The drift of the images in the meantime does not matter.
   const Pose drift = Pose::FromTangent({1.0, 2.0, 0.5}, {0.02, -0.03, 0.5});
   for (KeyFrameId id = 15_kf; id < 40_kf; ++id) {
     map.keyframe(id)->T_WC = drift * map.keyframe(id)->T_WC;
@@ -146,7 +146,7 @@ TEST(DepthScale, IsEmptyWhereReadingsCannotBeSolvedFor) {
 }
 
 TEST(DepthScale, TheMapWithoutTheImuIsThatOfItsImages) {
-  // Key frames that an IMU has drawn together by 4 %, in a scene that is not.
+  // The IMU has shrunk the keyframe positions by 4 %, but not the scene.
   const testing::Scene scene = testing::MakeScene(9, 120, 30);
   testing::SceneMap scene_map(scene);
   for (int k = 0; k < 4; ++k) {

@@ -10,7 +10,7 @@
 namespace highwall::depth_unit_test {
 namespace {
 
-// 100 x 100 readings of `depth`, the first `others` of them of `other`.
+// Returns 100 x 100 readings of `depth`, the first `others` of which are `other`.
 cv::Mat Depth(float depth, int others, float other) {
   cv::Mat image(100, 100, CV_32FC1, depth);
   for (int i = 0; i < others; ++i) image.at<float>(i / 100, i % 100) = other;
@@ -20,7 +20,7 @@ cv::Mat Depth(float depth, int others, float other) {
 TEST(IsMetric, IsSeenWhereATenthLiesWithin100Metres) {
   EXPECT_TRUE(IsMetric(Depth(2.0F, 0, 0.0F)));
   EXPECT_TRUE(IsMetric(Depth(100.0F, 0, 0.0F)));
-  // A stereo camera below the open sky.
+  // A stereo camera under the open sky.
   EXPECT_TRUE(IsMetric(Depth(5000.0F, 1000, 8.0F)));
   EXPECT_TRUE(IsMetric(Depth(std::numeric_limits<float>::infinity(), 200, 3.0F)));
 }

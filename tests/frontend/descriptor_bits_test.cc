@@ -21,7 +21,7 @@ int Distance(const cv::Mat& bits, int a, int b) {
   return HammingDistance(bits.ptr(a), bits.ptr(b));
 }
 
-// Random descriptors by pairs, rows 2i and 2i + 1, whose Pearson correlation is cos(angle).
+// Returns random descriptors in pairs, rows 2i and 2i + 1, whose Pearson correlation is cos(angle).
 cv::Mat PairsAtAngle(int columns, double angle) {
   std::mt19937 rng(7);
   std::normal_distribution<double> normal;
@@ -37,7 +37,7 @@ cv::Mat PairsAtAngle(int columns, double angle) {
     across = (across - across.dot(a) * a).normalized();
     const Eigen::VectorXd b = std::cos(angle) * a + std::sin(angle) * across;
     for (int c = 0; c < columns; ++c) {
-      // Neither length nor mean tell anything.
+      // Neither length nor mean may matter.
       pairs.at<float>(2 * i, c) = static_cast<float>(3.0 * a[c] + 0.5);
       pairs.at<float>(2 * i + 1, c) = static_cast<float>(b[c] - 0.2);
     }
@@ -60,9 +60,10 @@ TEST_P(BitsOfFloats, DifferInProportionToTheAngle) {
     }
     const double mean = sum / kPairs, share = degrees / 180.0;
     const double sigma = std::sqrt(256.0 * share * (1.0 - share));  // of independent planes
-    // Four sigmas of the mean, and what floats round to the other side of a plane.
+    // The tolerance is four sigmas of the mean, and the floats that round to the other side of a
+    // plane.
     EXPECT_NEAR(mean, 256.0 * share, 4.0 * sigma / std::sqrt(kPairs) + 0.01) << degrees;
-    // Orthogonal planes scatter less, never more: four sigmas of the sigma of so many.
+    // Orthogonal planes scatter less, never more: four sigmas of the sigma of so many samples.
     EXPECT_LE(std::sqrt(std::max(squares / kPairs - mean * mean, 0.0)),
               sigma * (1.0 + 4.0 / std::sqrt(2.0 * kPairs)) + 0.1)
         << degrees;
@@ -80,7 +81,7 @@ TEST(DescriptorBits, OfFloatsAreTheSameEveryTimeAndOfAView) {
   EXPECT_EQ(cv::norm(a, b, cv::NORM_HAMMING), 0.0);
 }
 
-// Maps in files hold such bits: another draw would make strangers of them.
+// Map files contain such bits: other random planes would make their descriptors incomparable.
 TEST(DescriptorBits, OfFloatsAreDrawnOnceAndForAll) {
   cv::Mat squares(1, 16, CV_32F);
   for (int c = 0; c < 16; ++c) squares.at<float>(c) = static_cast<float>(c * c);
@@ -111,7 +112,7 @@ TEST(DescriptorBits, OfFewerBitsDifferInTheSameShare) {
 }
 
 TEST(DescriptorBits, OfMoreBitsDifferInTheSameShareOnAverage) {
-  // A tenth of 512 bits differs.
+  // A tenth of the 512 bits differs.
   cv::Mat bytes = RandomBytes(2 * kPairs, 64);
   std::mt19937 rng(2);
   for (int i = 0; i < kPairs; ++i) {
@@ -127,7 +128,7 @@ TEST(DescriptorBits, OfMoreBitsDifferInTheSameShareOnAverage) {
   const cv::Mat bits = DescriptorBits(DescriptorType::kBinary, 64).Of(bytes);
   double sum = 0.0;
   for (int i = 0; i < kPairs; ++i) sum += Distance(bits, 2 * i, 2 * i + 1);
-  // Four sigmas of the mean: half of 512 drawn without putting back.
+  // Four sigmas of the mean: half of 512 bits, drawn without replacement.
   const double sigma = std::sqrt(256.0 * 0.1 * 0.9 * 0.5);
   EXPECT_NEAR(sum / kPairs, 25.5, 4.0 * sigma / std::sqrt(kPairs));
 }

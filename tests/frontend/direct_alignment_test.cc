@@ -54,7 +54,7 @@ TEST(DirectAligner, OnAFlatWallGreyLevelsTellWhatDepthDoesNot) {
 }
 
 TEST(DirectAligner, RefusesWhatLeavesADirectionOpen) {
-  // All but plain: what moves along the wall is not seen.
+  // The images have almost no texture: motion along the wall is not observable.
   const testing::Light plain{.contrast = 0.005};
   EXPECT_FALSE(Align(testing::SeeGrids(kWall, kReference, plain),
                      testing::SeeGrids(kWall, kTruth, plain), {.min_correlation = 0.0}));
@@ -78,7 +78,7 @@ TEST(DirectAligner, RefusesFeaturesWithoutGrids) {
   EXPECT_FALSE(Align(testing::SeeGrids(kBoxes, kReference), {}));
 }
 
-// Somebody walks ahead of the camera, in the same cells of both images.
+// A person walks ahead of the camera, in the same cells of both images.
 TEST(DirectAligner, LeavesOutWhatMovesInTheReference) {
   FrameFeatures reference = testing::SeeGrids(kBoxes, kReference);
   FrameFeatures features = testing::SeeGrids(kBoxes, kTruth);
@@ -99,7 +99,8 @@ TEST(DirectAligner, LeavesOutWhatMovesInTheReference) {
   EXPECT_GT(error(reference.depth_grid), 0.02) << "held by the person";
   cv::Mat standing = reference.depth_grid.clone();
   standing(person).setTo(0.0F);
-  // Of 112 mm; what the frame shows of him beside those cells still counts.
+  // The error is below 10 of 112 mm; the frame's cells of the person next to the masked ones still
+  // count.
   EXPECT_LT(error(standing), 0.01);
 }
 
@@ -116,8 +117,8 @@ TEST(DirectAligner, IsNoFartherOffThanItsInformationSays) {
     ASSERT_TRUE(known) << seed;
     Eigen::Matrix<double, 6, 1> error;
     error << T.p() - known->T_WC.p(), so3::Log(known->T_WC.q().conjugate() * T.q());
-    // 99.9 % of chi-square with 6 degrees of freedom: readings that share noise count as one, so it
-    // is rather far below.
+    // 99.9 % quantile of chi-square with 6 degrees of freedom: readings that share noise count as
+    // one, so the value is usually far below.
     EXPECT_LT((known->sqrt_information * error).squaredNorm(), 22.5) << seed;
   }
 }

@@ -38,7 +38,7 @@ void Write(const fs::path& path, const std::string& text) {
   std::ofstream(path) << text;
 }
 
-// A wall of noise `distance` [m] ahead, three frames; the IMU lies 0.5 m behind the left camera.
+// Three frames of a wall of noise `distance` [m] ahead; the IMU lies 0.5 m behind the left camera.
 class Euroc : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -54,7 +54,7 @@ class Euroc : public ::testing::Test {
       fs::create_directories(root() / "cam1" / "data");
       cv::imwrite((root() / "cam0" / "data" / (stamp + ".png")).string(),
                   wall(cv::Rect(100, 0, kWidth, kHeight)));
-      // What the left camera sees at u, the right one sees at u - disparity.
+      // A pixel that the left camera sees at u, the right one sees at u - disparity.
       cv::imwrite((root() / "cam1" / "data" / (stamp + ".png")).string(),
                   wall(cv::Rect(100 + kDisparity, 0, kWidth, kHeight)));
     }
@@ -91,7 +91,7 @@ TEST_F(Euroc, DepthIsThatOfTheDisparityOfBothImages) {
     const double depth = kFocal * kBaseline / kDisparity;
     int near = 0, measured = 0;
     for (int v = 20; v < kHeight - 20; ++v) {
-      for (int u = 100; u < kWidth - 20; ++u) {  // to the left the right image ends
+      for (int u = 100; u < kWidth - 20; ++u) {  // further left is outside of the right image
         const double z = image->depth.at<float>(v, u);
         measured += z > 0.0;
         near += std::abs(z - depth) < 0.25 / kDisparity * depth;  // a quarter of a pixel

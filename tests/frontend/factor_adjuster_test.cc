@@ -34,7 +34,7 @@ using testing::operator""_kf;
 constexpr int kKeyFrames = 200;  // 50 m
 const Pose kT_FW = Pose::FromTangent({4.5e5, -2e6, 300}, {0, 0, 2.5});
 
-// A ring that odometry does not close, and positions in a frame far away.
+// A ring that odometry does not close, and positions in a reference frame far away.
 class FactorAdjusterTest : public ::testing::Test {
  protected:
   FactorAdjusterTest() {
@@ -42,7 +42,7 @@ class FactorAdjusterTest : public ::testing::Test {
     frame = map.factors().AddFrame({});
   }
 
-  // Of every n-th keyframe until the last, with noise.
+  // Adds noisy positions of every n-th keyframe up to `last`.
   void Measure(double sigma, int every = 4, int last = kKeyFrames - 1) {
     std::mt19937 rng(7);
     std::normal_distribution<double> normal(0.0, sigma);
@@ -55,7 +55,7 @@ class FactorAdjusterTest : public ::testing::Test {
     }
   }
 
-  // [m] RMS of the keyframes, where the frame has them.
+  // Returns the RMS error of the keyframes [m] in the reference frame.
   double Error() const {
     const Pose T_FW = *map.factors().T_FW(frame, kFirstSubmap);
     double sum = 0.0;
@@ -89,7 +89,7 @@ TEST_F(FactorAdjusterTest, TakesTheDriftOutOfTheWholeMap) {
   ASSERT_TRUE(report->accepted) << report->message;
   EXPECT_EQ(report->keyframes, kKeyFrames);
   EXPECT_GT(report->moved, 0.2);
-  // 50 positions of 0.1 m: better than one of them.
+  // 50 positions of 0.1 m together are better than one of them.
   EXPECT_LT(Error(), 0.1);
   EXPECT_GT((map.point(PointId(1000))->p_W - landmark).norm(), 0.01) << "landmarks follow";
   EXPECT_EQ(map.keyframe(0_kf)->T_WC.p(), ring.truth[0].p()) << "the origin holds the world";
@@ -107,14 +107,14 @@ TEST_F(FactorAdjusterTest, KeepsGravityWhereTheMapKnowsIt) {
   ASSERT_TRUE(Adjust(lockstep)->accepted);
   for (std::size_t i = 0; i < ring.truth.size(); ++i) {
     const Eigen::Vector3d up_C = ring.truth[i].R().transpose() * Eigen::Vector3d::UnitZ();
-    // 1e-3 rad is what the graph leaves to each keyframe.
+    // The graph leaves 1e-3 rad to each keyframe.
     EXPECT_LT((map.keyframe(KeyFrameId(i))->T_WC.q() * up_C - Eigen::Vector3d::UnitZ()).norm(),
               5e-3);
   }
 }
 
 TEST_F(FactorAdjusterTest, APlaceIsFoundFromAnyHeadingAndNotBeforeTheWayTellsIt) {
-  // Half a metre: 10 cm of noise leave the heading open.
+  // The path is half a metre: 10 cm of noise leave the heading unobservable.
   Measure(0.1, 1, 2);
   EXPECT_FALSE(AlignFrame(map, frame, kFirstSubmap, 0.1));
   const auto report = Adjust(lockstep);
@@ -184,7 +184,7 @@ TEST_F(FactorAdjusterTest, WhatWasCancelledIsDoneAgain) {
 }
 
 TEST_F(FactorAdjusterTest, EachWorldHasItsOwnTurn) {
-  Measure(0.1);  // 50, of the first world
+  Measure(0.1);  // 50 positions of the first world
   const SubmapId other = map.AddSubmap();
   const auto features = std::make_shared<FrameFeatures>();
   for (int i = 0; i < 40; ++i) {
@@ -213,7 +213,7 @@ TEST_F(FactorAdjusterTest, WhatCameWithTheMapIsNotNew) {
   EXPECT_EQ(adjuster.Finish(&map)->factors, 50 + 20 + 1) << "all take part, and the frame's tilt";
 }
 
-// A cost that nobody comes out of until it is opened; for ten seconds at most, once.
+// A cost whose evaluation blocks until it is opened; once, for ten seconds at most.
 class GatedCost final : public ceres::SizedCostFunction<3, 7, 7> {
  public:
   explicit GatedCost(std::shared_ptr<ceres::CostFunction> cost) : cost_(std::move(cost)) {}
@@ -230,7 +230,7 @@ class GatedCost final : public ceres::SizedCostFunction<3, 7, 7> {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return entered_; });
   }
-  // False where it has opened by itself.
+  // Returns false if it has opened by its timeout.
   bool Open() {
     const std::lock_guard lock(mutex_);
     const bool was_shut = !std::exchange(open_, true);
@@ -274,7 +274,7 @@ TEST_F(FactorAdjusterTest, WhatALoopsGraphFittedIsNotFittedOnceMore) {
       CorrectLoop({}, {.edge = loop}, model, {}, {.threads = 1}, &map);
   ASSERT_TRUE(closed.accepted) << closed.message;
   adjuster.Remember(map, closed.by_factors);
-  // One more that says nothing.
+  // One additional factor with no information.
   map.AddFactor({{{0_kf, Pose()}}, frame, PositionInFrame({0, 0, 0}, 1e9), nullptr});
   ASSERT_TRUE(adjuster.BeginLast(map, kFirstSubmap, {&loop, 1}));
   ASSERT_TRUE(adjuster.Finish(&map)->accepted);
@@ -291,8 +291,8 @@ TEST_F(FactorAdjusterTest, ALoopIsClosedWithThemAndTheirFrame) {
   map.factors().Place(frame, kFirstSubmap, *AlignFrame(map, frame, kFirstSubmap, 0.1));
   const KeyFrameGraph graph = MakeKeyFrameGraph(map, {});
   EXPECT_EQ(graph.frames.size(), 1u);
-  EXPECT_EQ(graph.graph.factors.size(), 51u);  // and what is known of the frame's tilt
-  // A loop is judged by the drift that is left with them.
+  EXPECT_EQ(graph.graph.factors.size(), 51u);  // plus the factor of the frame's tilt
+  // A loop is judged by the drift that remains with these factors.
   const LoopEdge loop = ring.Loop(0_kf, ring.last());
   const double with = LoopChi2(graph, loop);
   map.factors() = {};
@@ -300,7 +300,7 @@ TEST_F(FactorAdjusterTest, ALoopIsClosedWithThemAndTheirFrame) {
   EXPECT_GT(with, 10.0 * without);
 }
 
-// A map as a drive of 2 km at 2 m/s makes it, with a fix a second.
+// A map of a drive of 2 km at 2 m/s, with one fix per second.
 TEST(FactorAdjuster, TwoKilometresWithAFixASecondEndWithoutDrift) {
   RingMap ring(8000);
   ring.Drift({.bias_rotation = 0.003 * M_PI / 180.0}, /*levelled=*/true);
@@ -343,7 +343,7 @@ TEST(OwnFactorOptions, AreValidated) {
   EXPECT_THROW(OwnFactorOptions{.threads = 0}.Validate(), InvalidArgument);
 }
 
-// A user's cost that is no good: it throws, refuses, or is not finite.
+// An invalid user cost: it throws, refuses, or is not finite.
 enum class Fault { kThrows, kThrowsANumber, kRefuses, kNotFinite };
 class Faulty final : public ceres::SizedCostFunction<3, 7, 7> {
  public:

@@ -13,7 +13,7 @@
 namespace highwall::frame_reader_test {
 namespace {
 
-// Ten frames, of which the fourth and the last cannot be used; frame `fatal` throws bad_alloc.
+// Ten frames, of which the fourth and the last are unusable; frame `fatal` throws bad_alloc.
 class FakeDataset final : public Dataset {
  public:
   static constexpr std::size_t kSize = 10;

@@ -61,7 +61,7 @@ class FrameRefinerTest : public TrackerTest {
   }
   SyntheticView View(int i) const { return Look(scene, IdealSensor(), Truth(i)); }
 
-  // Frame i as rows see it that are read out one after the other.
+  // Returns frame i as a rolling shutter, which reads out row after row, sees it.
   SyntheticView SeenByRows(int i) const {
     SyntheticView view = View(i);
     view.features = AtMiddleRow(*view.features, IdealSensor().camera, -kReadout, Motion(i));
@@ -87,14 +87,14 @@ TEST_F(FrameRefinerTest, FindsPosesInTheMapAsItIsOnceEnoughKeyframesWereMade) {
     FrameRefiner refiner = Make({.keyframes = 3, .background = background});
     for (int i = 0; i < kFrames; ++i) {
       EXPECT_FALSE(refiner.HasResult());
-      // Three keyframes later.
+      // The last frame comes three keyframes later.
       Add(refiner, MakeTracked(View(i), i), KeyFrameId(i < kFrames - 1 ? 1 : 4));
       refiner.Begin(scene_map.map, {});
     }
     refiner.Finish(scene_map.map, &frames);
     EXPECT_EQ(refiner.refined(), kFrames - 1);
     for (int i = 0; i < kFrames - 1; ++i) EXPECT_LT(Error(i), kExact) << i;
-    EXPECT_NEAR(Error(kFrames - 1), 0.005, 1e-6);  // too young
+    EXPECT_NEAR(Error(kFrames - 1), 0.005, 1e-6);  // too recent
     refiner.FinishAll(scene_map.map, {}, &frames);
     EXPECT_LT(Error(kFrames - 1), kExact);
     EXPECT_FALSE(refiner.HasResult());
@@ -117,8 +117,8 @@ TEST_F(FrameRefinerTest, LeavesFramesAloneThatOthersThanTheirImageTold) {
   FrameRefiner refiner = Make({});
   for (int i = 0; i < 3; ++i) {
     TrackedFrame tracked = MakeTracked(View(i), i);
-    if (i == 0) tracked.by_image = false;                 // an IMU, or it became a keyframe
-    if (i == 1) tracked.open.push_back(OpenDirection());  // landmarks leave it open
+    if (i == 0) tracked.by_image = false;                 // an IMU frame, or it became a keyframe
+    if (i == 1) tracked.open.push_back(OpenDirection());  // landmarks leave it unobservable
     Add(refiner, tracked, KeyFrameId(1));
   }
   refiner.FinishAll(scene_map.map, {}, &frames);
@@ -138,7 +138,7 @@ TEST_F(FrameRefinerTest, DoesNothingWhereItIsOff) {
 TEST_F(FrameRefinerTest, AFrameWhoseLandmarksHaveGoneKeepsItsPose) {
   FrameRefiner refiner = Make({});
   TrackedFrame tracked = MakeTracked(View(0), 0);
-  tracked.num_points = 10000;  // far more than the map has by now
+  tracked.num_points = 10000;  // far more than the map has at this time
   Add(refiner, tracked, KeyFrameId(1));
   refiner.FinishAll(scene_map.map, {}, &frames);
   EXPECT_NEAR(Error(0), 0.005, 1e-6);
@@ -146,7 +146,7 @@ TEST_F(FrameRefinerTest, AFrameWhoseLandmarksHaveGoneKeepsItsPose) {
 }
 
 TEST_F(FrameRefinerTest, MovesRowsByTheMotionFromTheFrameBeforeToTheOneAfter) {
-  // As it is found after each round; the frames at the ends have no neighbour on one side.
+  // Errors after each round; the first and the last frame lack a neighbour on one side.
   std::vector<double> errors;
   for (const int rounds : {1, 3}) {
     frames.clear();

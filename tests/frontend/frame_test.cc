@@ -29,7 +29,7 @@ RgbdSensor DistortedSensor() {
   return sensor;
 }
 
-// Grey boxes at random on a plane that comes nearer from 3 m on the left to 1.4 m on the right.
+// Random grey boxes on a plane whose depth falls from 3 m on the left to 1.4 m on the right.
 RgbdImage Boxes() {
   RgbdImage image{.stamp = 1, .bgr = cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(120)), .depth = {}};
   std::mt19937 rng(3);
@@ -89,7 +89,7 @@ TEST(FrameBuilder, PointsAreTheCornersUndistortedWithTheDepthOfTheRawPixel) {
     const auto u = static_cast<int>(std::lround(raw.pt.x)),
                v = static_cast<int>(std::lround(raw.pt.y));
     EXPECT_EQ(point.depth, static_cast<double>(image.depth.at<float>(v, u)));
-    // Found where it is: at its undistorted place.
+    // The grid has the point at its undistorted position.
     const auto near = features->point_grid.Query(point.uv, 1e-3, point.octave, point.octave);
     EXPECT_NE(std::find(near.begin(), near.end(), static_cast<int>(i)), near.end());
   }
@@ -111,7 +111,7 @@ TEST(FrameBuilder, LinesAreUndistortedWithDepthOnThePlane) {
     EXPECT_EQ(features->lines[i].segment.s, sensor.camera.UndistortPixel(s).cast<float>());
     if (!features->lines[i].segment_C) continue;
     ++with_depth;
-    // The depth image is smooth: the fit is good to a fraction of the sensor's noise of 5 mm.
+    // The depth image is smooth: the fit is accurate to a fraction of the sensor's noise of 5 mm.
     EXPECT_NEAR(features->lines[i].segment_C->p_C.z(), 3.0 - 0.005 * s.x(), 0.02);
   }
   EXPECT_GT(with_depth, static_cast<int>(raw.segments.size()) / 2);
@@ -120,7 +120,7 @@ TEST(FrameBuilder, LinesAreUndistortedWithDepthOnThePlane) {
 TEST(FrameBuilder, DepthOutOfRangeMissingOrNanIsNone) {
   RgbdSensor sensor = SmallSensor();
   sensor.min_depth = 2.0;  // the right 120 columns are nearer
-  sensor.max_depth = 2.7;  // the left 60 farther
+  sensor.max_depth = 2.7;  // the left 60 columns are farther
   RgbdImage image = Boxes();
   image.depth.rowRange(0, 60).setTo(0.0F);
   image.depth.rowRange(60, 100).setTo(std::nanf(""));
@@ -224,7 +224,7 @@ TEST(FrameBuilder, BlankImageHasNoFeatures) {
   EXPECT_TRUE(features->lines.empty());
 }
 
-// Of noise alone FAST finds corners down to the noise: each says that it may be just that.
+// In pure noise FAST finds corners down to the noise level: each is marked as possibly noise.
 TEST(FrameBuilder, CornersOfNoiseAreFaint) {
   const RgbdSensor sensor = SmallSensor();
   const cv::Size size(sensor.camera.width, sensor.camera.height);

@@ -10,7 +10,7 @@
 namespace highwall::frame_timing_estimator_test {
 namespace {
 
-// A wall that faces the camera, 2 m away.
+// Returns the features of a wall that faces the camera, 2 m away.
 std::shared_ptr<const FrameFeatures> Wall(const PinholeCamera& camera) {
   auto features = std::make_shared<FrameFeatures>();
   for (int v = 60; v <= 420; v += 60) {
@@ -29,7 +29,7 @@ TEST(FrameTimingEstimator, WhatTheStampsOfDepthSayIsNoneOfTheCamerasDelay) {
   KeyframeRowTimes keyframes(camera, grid);
   FrameTimingEstimator estimator({}, model, grid, keyframes);
   const auto features = Wall(camera);
-  constexpr double kLate = 0.01;  // [s] as its stamp says, and depth was moved by
+  constexpr double kLate = 0.01;  // [s] delay by the stamp, by which depth was moved
   Map map;
   KeyFrame& keyframe =
       map.AddKeyFrame({.index = 0, .stamp = 0, .features = features, .depth_delay = kLate}, Pose());
@@ -44,11 +44,11 @@ TEST(FrameTimingEstimator, WhatTheStampsOfDepthSayIsNoneOfTheCamerasDelay) {
   }
   const Twist forward{.v = {0.0, 0.0, 0.5}}, back{.v = {0.0, 0.0, -0.5}};
   keyframes.Remember(keyframe, {{.depth_delay = kLate}, forward});
-  // All fits as it is.
+  // The measurements are consistent with the current timing.
   estimator.Add(tracked, map, back);
   const FrameTimingEstimate estimate = estimator.estimate();
   EXPECT_NEAR(estimate.value.depth_delay, 0.0, 1e-9);
-  EXPECT_LT(estimate.sigma.depth_delay, 0.0099);  // and it tells: 10 ms before
+  EXPECT_LT(estimate.sigma.depth_delay, 0.0099);  // and it is informative: 10 ms before
 }
 
 }  // namespace

@@ -50,11 +50,11 @@ TEST_F(GpsTest, DegreesBecomeMetresEastNorthAndUpOfTheFirstFix) {
       "4,48.0,11.0,510\n");
   ASSERT_EQ(fixes.size(), 4u);
   EXPECT_LT(fixes[0].p_G.norm(), 1e-8);
-  // A degree of latitude and of longitude at 48 deg, 500 m up, by the radii of curvature
-  // M = a (1 - e^2) / w^3 and N = a / w, w^2 = 1 - e^2 sin^2: 111210.2 m and 74634.3 m.
+  // A degree of latitude and of longitude at 48 deg, 500 m up, by the radii of curvature M = a (1 -
+  // e^2) / w^3 and N = a / w, w^2 = 1 - e^2 sin^2: 111210.2 m and 74634.3 m.
   const double e2 = 6.69437999014e-3, a = 6378137.0, deg = M_PI / 180.0;
   const double w = std::sqrt(1.0 - e2 * std::pow(std::sin(48.0 * deg), 2));
-  // The arc bends down by 1 mm over 111 m.
+  // The Earth's curvature lowers the arc by 1 mm over 111 m.
   EXPECT_NEAR(fixes[1].p_G.y(), (a * (1.0 - e2) / (w * w * w) + 500.0) * 1e-3 * deg, 1e-3);
   EXPECT_NEAR(fixes[1].p_G.x(), 0.0, 1e-8);
   EXPECT_NEAR(fixes[1].p_G.z(), 0.0, 2e-3);
@@ -64,7 +64,7 @@ TEST_F(GpsTest, DegreesBecomeMetresEastNorthAndUpOfTheFirstFix) {
 }
 
 TEST_F(GpsTest, OnlyAColumnOfThatNameIsALatitude) {
-  // A word with "lat" in it is none.
+  // A word that contains "lat" is not a column name.
   const auto metres = Read("# translation of the antenna, simulated\n1,48,11,500\n2,49,11,500\n");
   EXPECT_EQ(metres[1].p_G, Eigen::Vector3d(49, 11, 500));
   for (const char* heading :

@@ -10,7 +10,7 @@
 namespace highwall::internal::image_noise_test {
 namespace {
 
-// Grey levels of a slope, with boxes on it where asked, and noise.
+// Returns grey levels of a slope, optionally with boxes on it, and with noise.
 cv::Mat Image(double sigma, bool boxes, std::uint64_t seed) {
   cv::Mat image(240, 320, CV_32F);
   for (int v = 0; v < image.rows; ++v) {
@@ -31,8 +31,8 @@ cv::Mat Image(double sigma, bool boxes, std::uint64_t seed) {
   return gray;
 }
 
-// 4,700 residuals, whose median is a whole number: within half of 1 / 4.05 of a grey level, and the
-// rounding of the image adds a variance of 1/12.
+// The median of the 4,700 residuals is a whole number: the estimate is within half of 1 / 4.05 of a
+// grey level, and the rounding of the image adds a variance of 1/12.
 TEST(NoiseSigma, IsThatOfTheNoise) {
   for (const double sigma : {1.0, 2.0, 5.0}) {
     EXPECT_NEAR(NoiseSigma(Image(sigma, false, 1)), std::sqrt(sigma * sigma + 1.0 / 12.0), 0.25)

@@ -24,7 +24,8 @@ constexpr Stamp kSecond = 1'000'000'000;
 constexpr VideoSpan kVideo{1 * kSecond, 9 * kSecond};
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-// A hand-held IMU at 200 Hz from 0.5 to 9.5 s that nods and sways by up to `rate` [rad/s].
+// Returns the readings of a hand-held IMU at 200 Hz from 0.5 to 9.5 s that nods and sways by up to
+// `rate` [rad/s].
 std::vector<ImuSample> HandHeld(double rate = 1.0) {
   std::mt19937 rng(1);
   std::normal_distribution<double> normal;
@@ -44,7 +45,7 @@ std::vector<ImuSample> HandHeld(double rate = 1.0) {
   return samples;
 }
 
-// The only finding.
+// Returns the only finding.
 ImuFinding Only(const std::vector<ImuSample>& samples, const VideoSpan& video = kVideo) {
   const std::vector<ImuFinding> findings = CheckImu(samples, video);
   EXPECT_EQ(findings.size(), 1U);
@@ -110,7 +111,7 @@ TEST(CheckImu, SetsAFewImpossibleReadingsAside) {
 }
 
 TEST(CheckImu, JudgesImpossibleReadingsInTheirUnit) {
-  // 500 g, and 5000 m/s^2 as 510 g; 300 g are possible.
+  // 500 g, and 5000 m/s^2, which is 510 g, are impossible; 300 g are possible.
   auto samples = HandHeld();
   for (ImuSample& sample : samples) sample.accelerometer /= 9.80665;
   samples[100].accelerometer.x() = 500.0;
@@ -262,11 +263,11 @@ TEST(CheckImu, NamesColumnsOfTheAccelerometerThatComeFirst) {
 
 TEST(CheckImu, NamesGravityThatWasTakenOff) {
   for (const double rate : {0.1, 1.0, 4.0}) {
-    for (const double strength : {0.05, 1.0, 1.35, 3.0}) {  // of 0.7 m/s^2 in the median
+    for (const double strength : {0.05, 1.0, 1.35, 3.0}) {  // times a median of 0.7 m/s^2
       SCOPED_TRACE(std::to_string(rate) + " " + std::to_string(strength));
       auto samples = HandHeld(rate);
       Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();
-      for (ImuSample& sample : samples) {  // as HandHeld() turns
+      for (ImuSample& sample : samples) {  // rotates as HandHeld() does
         sample.accelerometer -= q_WB.conjugate() * Eigen::Vector3d(0, 0, 9.81);
         sample.accelerometer *= strength;
         const double t = ToSeconds(sample.stamp);
@@ -339,8 +340,8 @@ TEST(CheckImu, FindsNothingInARealRecording) {
 TEST(DropDeniedRanges, ARangeThatReadingsLeaveIsDroppedAndSaid) {
   const std::vector<ImuSample> samples = HandHeld(4.0);
   ImuCalibration calibration;
-  calibration.accelerometer_range = 4.0;  // of 4 g
-  calibration.gyroscope_range = 2.0;      // of 2 rad/s
+  calibration.accelerometer_range = 4.0;  // is 4 g
+  calibration.gyroscope_range = 2.0;      // is 2 rad/s
   const auto findings = DropDeniedRanges(samples, &calibration);
   ASSERT_EQ(findings.size(), 2U);
   for (const ImuFinding& finding : findings) {
@@ -364,9 +365,9 @@ TEST(DropDeniedRanges, AReadingJustBeyondTheRangeIsOneAtItsEnd) {
   ImuCalibration calibration;
   calibration.accelerometer_range = 39.2;
   calibration.gyroscope_range = 17.4;
-  samples[100].accelerometer.z() = -40.5;  // a scale that is 3 % off
+  samples[100].accelerometer.z() = -40.5;  // a scale error of 3 %
   samples[200].gyroscope.y() = 17.9;
-  for (const std::size_t i : {300U, 500U, 700U}) samples[i].gyroscope.x() = -30.0;  // stray
+  for (const std::size_t i : {300U, 500U, 700U}) samples[i].gyroscope.x() = -30.0;  // isolated
   EXPECT_TRUE(DropDeniedRanges(samples, &calibration).empty());
   EXPECT_EQ(calibration.accelerometer_range, 39.2);
   EXPECT_EQ(calibration.gyroscope_range, 17.4);

@@ -29,7 +29,7 @@ ImuRecording ReadText(const std::string& text, const VideoSpan& video = kToday) 
   return ReadImu(folder.path() / "imu.csv", video);
 }
 
-// Of the error, without the path of the file.
+// Returns the message of the error, without the path of the file.
 std::string Message(const std::string& text, const VideoSpan& video = kToday) {
   const TemporaryDirectory folder("message");
   const std::string path = (folder.path() / "imu.csv").string();
@@ -66,7 +66,7 @@ TEST(ReadImu, ToleratesHeadingsCommentsBlanksAndCarriageReturns) {
   }
 }
 
-// Of a heading and a line, whose reading must be gyroscope 1 2 3, accelerometer 4 5 6.
+// Reads a heading and a line, whose reading must be gyroscope 1 2 3, accelerometer 4 5 6.
 void ExpectTheReading(const std::string& heading, const std::string& line) {
   SCOPED_TRACE(heading);
   const ImuRecording imu = ReadText(heading + "\n" + line + "\n");
@@ -78,13 +78,13 @@ void ExpectTheReading(const std::string& heading, const std::string& line) {
 
 TEST(ReadImu, FindsTheColumnsByTheirHeading) {
   const std::string t = "1403715274000000000";
-  // More than it names: a magnetometer, an orientation.
+  // The file has additional columns: a magnetometer, an orientation.
   ExpectTheReading(
       "#timestamp [ns],w_RS_S_x [rad s^-1],w_RS_S_y [rad s^-1],w_RS_S_z [rad s^-1],"
       "a_RS_S_x [m s^-2],a_RS_S_y [m s^-2],a_RS_S_z [m s^-2]",
       t + ",1,2,3,4,5,6,0.2,0.1,0.4");
   ExpectTheReading("timestamp,wx,wy,wz,ax,ay,az,qw,qx,qy,qz", t + ",1,2,3,4,5,6,1,0,0,0");
-  // Acceleration first, and the magnetometer before both.
+  // Acceleration comes first, and the magnetometer before both.
   ExpectTheReading("# t ax ay az gx gy gz", t + " 4 5 6 1 2 3");
   ExpectTheReading(
       "time,mag_x,mag_y,mag_z,acc_x (m/s^2),acc_y (m/s^2),acc_z (m/s^2),"
@@ -99,23 +99,23 @@ TEST(ReadImu, FindsTheColumnsByTheirHeading) {
       "field.angular_velocity_covariance0,field.linear_acceleration.x,"
       "field.linear_acceleration.y,field.linear_acceleration.z",
       t + ",7," + t + ",imu_link,0,0,0,1,-1,1,2,3,0.1,4,5,6");
-  // A phone that logs what it computes as well.
+  // A phone that also logs computed quantities.
   ExpectTheReading(
       "stamp;motionUserAccelerationX(G);motionUserAccelerationY(G);"
       "motionUserAccelerationZ(G);gyroRotationX(rad/s);gyroRotationY(rad/s);"
       "gyroRotationZ(rad/s);accelerometerAccelerationX;accelerometerAccelerationY;"
       "accelerometerAccelerationZ",
       t + ";0;0;0;1;2;3;4;5;6");
-  // An index without a name before the stamp.
+  // An unnamed index column comes before the stamp.
   ExpectTheReading("\"\",\"timestamp\",\"gyroX\",\"gyroY\",\"gyroZ\",\"accX\",\"accY\",\"accZ\"",
                    "0," + t + ",1,2,3,4,5,6");
   ExpectTheReading(",timestamp,wx,wy,wz,ax,ay,az", "0," + t + ",1,2,3,4,5,6");
-  // ROS has stamps in two parts.
+  // ROS stamps have two parts.
   ExpectTheReading(
       "header.stamp.secs,header.stamp.nsecs,angular_velocity.x,angular_velocity.y,"
       "angular_velocity.z,linear_acceleration.x,linear_acceleration.y,linear_acceleration.z",
       "1403715274,0,1,2,3,4,5,6");
-  // One that names nothing: the usual order.
+  // A heading that names no column: the usual order applies.
   ExpectTheReading("# a comment about time", t + ",1,2,3,4,5,6");
 }
 
@@ -172,7 +172,7 @@ TEST(ReadImu, KeepsWhatIsForTheCheckToFind) {
   EXPECT_EQ(imu.samples[1].stamp, imu.samples[2].stamp);
 }
 
-// Readings 5 ms apart from `first` on, as `suffix` zeros make their unit.
+// Returns two readings 5 ms apart with the given stamps, whose number of zeros gives the unit.
 std::string Lines(const std::string& first, const std::string& second) {
   const std::string rest = ",1,2,3,4,5,6\n";
   return first + rest + second + rest;
@@ -195,7 +195,7 @@ TEST(ReadImu, ConvertsStampsInAnotherUnitAndSaysSo) {
              "in nanoseconds, not in seconds", kToday, 1403715274 * kSecond},
         Case{Lines("1403715274000.5", "1403715274005.5"), "in milliseconds, not in seconds", kToday,
              1403715274 * kSecond + 500'000},
-        // Both as nanoseconds and as microseconds they meet the video: 200 Hz decides.
+        // Interpreted as nanoseconds or as microseconds, they overlap the video: 200 Hz decides.
         Case{Lines("2000000", "2005000"), "in microseconds, not in nanoseconds", kFromOne,
              2 * kSecond},
         Case{Lines("2e0", "2.005e0"), "", kFromOne, 2 * kSecond}}) {
@@ -212,7 +212,7 @@ TEST(ReadImu, ConvertsStampsInAnotherUnitAndSaysSo) {
 }
 
 TEST(ReadImu, TakesNanosecondsWhereTheyMeetTheVideoWhateverElseDoes) {
-  // 200 Hz in nanoseconds; in microseconds it would span hours and meet the video too.
+  // 200 Hz in nanoseconds; in microseconds it would span hours and overlap the video too.
   const ImuRecording imu = ReadText(Lines("2000000000", "2005000000"), {0, 9000 * kSecond});
   EXPECT_EQ(imu.samples[0].stamp, 2 * kSecond);
   EXPECT_EQ(imu.warning, "");
@@ -248,7 +248,7 @@ TEST(ReadImu, NamesTheLineThatIsMalformed) {
   EXPECT_NE(Message("99999999999999999999,1,2,3,4,5,6\n").find(":1: "), std::string::npos);
 }
 
-// Of two such stamps not even the step between them can be told.
+// For two such stamps not even the step between them can be computed.
 TEST(ReadImu, RefusesStampsBeyondAnyClock) {
   for (const std::string stamp : {"9223372036854775807", "-9223372036854775807", "8e18"}) {
     EXPECT_NE(Message(stamp + ",1,2,3,4,5,6\n-9000000000000000000,1,2,3,4,5,6\n")

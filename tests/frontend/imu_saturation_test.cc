@@ -19,7 +19,7 @@ ImuCalibration WithRanges() {
   return calibration;
 }
 
-// A tenth of a second at rest.
+// Returns a tenth of a second of readings at rest.
 std::vector<ImuSample> Rest() {
   return SinusoidalMotion(0.0).Samples(kRate, 0.1);
 }
@@ -34,7 +34,7 @@ TEST(ImuSaturation, AReadingAtEitherEndOfAnAxisIsSaturatedAndOneBelowItIsNot) {
       EXPECT_TRUE(IsSaturated(sample, calibration));
       sample.accelerometer[axis] = sign * 0.99 * kAccelerometerRange;
       EXPECT_FALSE(IsSaturated(sample, calibration));
-      sample.gyroscope[axis] = sign * 0.9995 * kGyroscopeRange;  // as a sensor of 12 bits rounds it
+      sample.gyroscope[axis] = sign * 0.9995 * kGyroscopeRange;  // a 12-bit sensor rounds so
       EXPECT_TRUE(IsSaturated(sample, calibration));
     }
   }
@@ -61,16 +61,16 @@ TEST(ImuSaturation, TheVelocityIsOffByHalfOfTheRangeOverTheTimeOfTheReadings) {
   const ImuNoise saturated = SaturatedNoise(noise, samples, WithRanges());
   EXPECT_EQ(saturated.gyroscope, noise.gyroscope);
   EXPECT_EQ(saturated.accelerometer_walk, noise.accelerometer_walk);
-  // A density times the root of the interval is a velocity.
+  // A noise density times the square root of the interval is a velocity.
   const double velocity = 0.5 * kAccelerometerRange * 4.0 / kRate;
   const double added = std::sqrt(saturated.accelerometer * saturated.accelerometer -
                                  noise.accelerometer * noise.accelerometer);
-  EXPECT_NEAR(added * std::sqrt(0.1), velocity, 1e-9);  // of numbers about 0.2
+  EXPECT_NEAR(added * std::sqrt(0.1), velocity, 1e-9);  // the numbers are about 0.2
 }
 
 TEST(ImuSaturation, TheGyroscopeHasAnEndOfItsOwn) {
   std::vector<ImuSample> samples = Rest();
-  samples.front().gyroscope.z() = kGyroscopeRange;  // stands for the half step behind it
+  samples.front().gyroscope.z() = kGyroscopeRange;  // represents the half step after it
   const ImuNoise noise;
   const ImuNoise saturated = SaturatedNoise(noise, samples, WithRanges());
   EXPECT_EQ(saturated.accelerometer, noise.accelerometer);

@@ -10,7 +10,7 @@
 namespace highwall::imu_vibration_test {
 namespace {
 
-// White noise of one sigma on every axis of the accelerometer.
+// Adds white noise of one sigma to every axis of the accelerometer.
 std::vector<ImuSample> Shaken(std::vector<ImuSample> samples, double sigma) {
   std::mt19937 rng(7);
   std::normal_distribution<double> normal(0.0, sigma);
@@ -22,7 +22,7 @@ std::vector<ImuSample> Shaken(std::vector<ImuSample> samples, double sigma) {
 
 TEST(AccelerometerShake, IsTheStandardDeviationOfWhiteNoise) {
   const std::vector<ImuSample> rest = SinusoidalMotion(0.0).Samples(200.0, 10.0);
-  // Of 6000 second differences, each with a variance known to sqrt(2 / n) times 1.8 for their
+  // 6000 second differences, each with a variance known to sqrt(2 / n) times 1.8 for their
   // correlation.
   EXPECT_NEAR(AccelerometerShake(Shaken(rest, 0.5)), 0.5, 4.0 * 0.5 * 0.018);
 }
@@ -30,7 +30,7 @@ TEST(AccelerometerShake, IsTheStandardDeviationOfWhiteNoise) {
 TEST(AccelerometerShake, SmoothMotionAndAnyConstantAreNoShaking) {
   EXPECT_LT(AccelerometerShake(SinusoidalMotion(0.0).Samples(200.0, 1.0)), 1e-13);
   const auto moving = SinusoidalMotion(1.0).Samples(200.0, 2.0);
-  // a w^2 h^2 / sqrt(18): some 10 m/s^2 at 3 rad/s and 5 ms.
+  // Smooth motion gives a w^2 h^2 / sqrt(18), here of some 10 m/s^2 at 3 rad/s and 5 ms.
   EXPECT_LT(AccelerometerShake(moving), 1e-3);
   const ImuBias bias = (ImuBias() << 0, 0, 0, 1, -2, 3).finished();
   EXPECT_NEAR(AccelerometerShake(WithBias(moving, bias)), AccelerometerShake(moving), 1e-13);
@@ -60,7 +60,7 @@ TEST(ShakenNoise, AddsTheSameVelocityWhateverTheLengthOfTheInterval) {
     const std::span<const ImuSample> part = std::span(samples).first(readings);
     const double duration = 0.005 * static_cast<double>(readings - 1);
     const ImuNoise shaken = ShakenNoise(noise, part, 0.5);
-    // Velocity variance of a density q over T is q^2 T.
+    // The velocity variance of a density q over T is q^2 T.
     const double added =
         (shaken.accelerometer * shaken.accelerometer - noise.accelerometer * noise.accelerometer) *
         duration;
@@ -72,7 +72,7 @@ TEST(ShakenNoise, AddsTheSameVelocityWhateverTheLengthOfTheInterval) {
 }
 
 TEST(ShakenNoise, ShortStepsAtTheEndsMakeNoReadingMissing) {
-  // Images at any rate and phase cut an interval anywhere between two readings.
+  // Images of arbitrary rate and phase cut an interval anywhere between two readings.
   constexpr double kRate = 200.0, kShare = 0.5;
   for (const double duration : {0.008, 0.011, 0.0167, 0.0333, 0.1}) {
     for (int phase = 1; phase < 20; ++phase) {
@@ -98,8 +98,8 @@ TEST(ShakenNoise, ShortStepsAtTheEndsMakeNoReadingMissing) {
 }
 
 TEST(ShakenNoise, CoversTheVelocityErrorOfAVibrationThatIsCutOff) {
-  // 70 Hz read at 200 Hz, cut at 100 phases: the velocity of what is integrated is off, the true
-  // one does not change on average.
+  // 70 Hz sampled at 200 Hz, cut at 100 phases: the integrated velocity is off, while the true one
+  // does not change on average.
   constexpr double kAmplitude = 3.0, kOmega = 2.0 * M_PI * 70.0, kDuration = 0.1;
   double squares = 0.0, claimed = 0.0;
   constexpr int kPhases = 100;
@@ -123,9 +123,9 @@ TEST(ShakenNoise, CoversTheVelocityErrorOfAVibrationThatIsCutOff) {
 }
 
 TEST(ShakenNoise, CoversTheVelocityErrorOfReadingsThatAreMissing) {
-  // White shaking, whose velocity is known from all readings; cut from all but one, or three in a
-  // row. Of 400 squared errors on three axes the mean is known to 4 %; what is drawn through the
-  // gap is a cubic, whose error is up to twice that of a straight line.
+  // White vibration, whose velocity is known from all readings; one reading, or three in a row, are
+  // removed. The mean of 400 squared errors on three axes is known to 4 %; the gap is interpolated
+  // by a cubic, whose error is up to twice that of a straight line.
   constexpr double kShake = 2.0, kDuration = 0.1;
   for (const std::ptrdiff_t count : {1, 3}) {
     double ratio = 0.0;

@@ -14,7 +14,7 @@
 #include "support/loop_scene.h"
 #include "support/synthetic_scene.h"
 
-// The IMU in adjustments: around a keyframe, of all of a map, and after a loop.
+// The IMU in adjustments: around a keyframe, of a whole map, and after a loop.
 namespace highwall::inertial_adjustment_test {
 namespace {
 
@@ -31,7 +31,7 @@ using testing::SceneMap;
 using testing::UniformInBox;
 using testing::operator""_kf;
 
-// What ties a keyframe to the one before.
+// Returns the motion of a keyframe with an IMU factor to the previous one.
 KeyFrameMotion Tied(const ImuState& state, const std::vector<ImuSample>& readings,
                     const ImuNoise& noise, KeyFrameId previous) {
   KeyFrameMotion motion;
@@ -44,8 +44,8 @@ KeyFrameMotion Tied(const ImuState& state, const std::vector<ImuSample>& reading
 }
 
 TEST(InertialAdjustment, HasTheCostOfAnImuFactorComputedByHand) {
-  // A second at rest, and a map that has the body 1 cm higher at its end. Along gravity neither
-  // rotations nor biases that do not walk count to first order: with white noise s of the
+  // The body is at rest for a second, and the map has it 1 cm higher at the end. Along gravity,
+  // rotations and constant biases do not count to first order: with white noise s of the
   // acceleration, velocity and position have the covariance s^2 [T T^2/2; T^2/2 T^3/3], whose
   // inverse has 12 / (s^2 T^3) for the position.
   constexpr double kSigma = 0.02, kHeight = 0.01, kSeconds = 1.0, kWeight = 0.5;
@@ -74,13 +74,13 @@ TEST(InertialAdjustment, HasTheCostOfAnImuFactorComputedByHand) {
   EXPECT_EQ(report.imu_factors, 1);
   const double cost =
       0.5 * kWeight * 12.0 / (kSigma * kSigma * std::pow(kSeconds, 3)) * kHeight * kHeight;
-  // Steps of a thousandth of T instead of infinitely many.
+  // The steps are a thousandth of T instead of infinitely small.
   EXPECT_NEAR(report.initial_cost, cost, 2e-3 * cost);
-  EXPECT_LT(report.final_cost, 1e-9 * cost);  // velocities are free, and give way
+  EXPECT_LT(report.final_cost, 1e-9 * cost);  // the free velocities absorb the error
 }
 
-// A body in motion among points on all sides, with keyframes each 0.4 s and readings without noise
-// but with a bias, which the map does not know.
+// A body in motion among points on all sides, with keyframes every 0.4 s and readings without noise
+// but with a bias that the map does not know.
 class DisturbedWalk : public ::testing::Test {
  protected:
   static constexpr int kKeyFrames = 12;
@@ -118,7 +118,8 @@ class DisturbedWalk : public ::testing::Test {
   }
   ImuState Truth(int k) const { return SinusoidalMotion().StateAt(kInterval * k); }
 
-  // All but the first pose: 1 cm and 0.3 deg, velocities by 0.1 m/s, gravity by 0.6 deg.
+  // Perturbs all poses but the first by 1 cm and 0.3 deg, velocities by 0.1 m/s, gravity by 0.6
+  // deg.
   void Disturb() {
     std::mt19937 rng(8);
     const auto step = [&](double size) -> Eigen::Vector3d {
@@ -139,8 +140,8 @@ class DisturbedWalk : public ::testing::Test {
       const KeyFrame& keyframe = *map.keyframe(KeyFrameId(k));
       EXPECT_LT(PositionError(keyframe.T_WC, Truth(k).T_WB * InertialScene::T_BC()), 1e-4) << k;
       EXPECT_LT(AngleError(keyframe.T_WC, Truth(k).T_WB * InertialScene::T_BC()), 1e-4) << k;
-      // The priors on gravity (0.02 rad, from a disturbed one) and on the bias (1, from none) hold
-      // it back by that much.
+      // The priors on gravity (0.02 rad, around a perturbed one) and on the bias (1, around zero)
+      // cause this error.
       EXPECT_LT((keyframe.motion->v_WB - Truth(k).v_WB).norm(), 2e-3) << k;
       EXPECT_LT((keyframe.motion->bias - kBias).head<3>().norm(), 2e-4) << k;
       EXPECT_LT((keyframe.motion->bias - kBias).tail<3>().norm(), 1e-2) << k;
@@ -165,7 +166,7 @@ TEST_F(DisturbedWalk, AnAdjustmentOfAllFindsVelocitiesBiasesAndGravityAndTheMapK
 }
 
 TEST_F(DisturbedWalk, AnAdjustmentAroundAKeyFrameKeepsAllButGravity) {
-  // Half of the way is where it belongs, and held.
+  // Half of the path is at its true poses, and held fixed.
   std::vector<KeyFrameId> fixed, free;
   for (int k = 0; k < kKeyFrames; ++k) {
     (k < 6 ? fixed : free).push_back(KeyFrameId(k));
@@ -179,7 +180,7 @@ TEST_F(DisturbedWalk, AnAdjustmentAroundAKeyFrameKeepsAllButGravity) {
   EXPECT_EQ(*map.gravity_W(), gravity_W);
 }
 
-// A round at constant speed: the readings are constant too, and exact.
+// A loop at constant speed: the readings are constant too, and exact.
 class InertialLoop : public LoopScene {
  public:
   static constexpr double kInterval = 0.5;  // [s] from a keyframe to the next
@@ -232,7 +233,7 @@ TEST(LoopWithAnImu, LeavesTheMapWithTheVelocitiesBiasesAndGravityOfItsAdjustment
   options.background = false;
   options.correction.threads = options.bundle.threads = 1;
   LoopCloser closer(scene.model, options);
-  KeyFrameId last = kNoId;  // when the loop was adjusted
+  KeyFrameId last = kNoId;  // at the time of the loop adjustment
   for (int i = 0; i < scene.size() && last == kNoId; ++i) {
     const KeyFrameId id = scene.AddWithMotion(i);
     closer.InsertKeyFrame(scene.map, id);
@@ -245,8 +246,8 @@ TEST(LoopWithAnImu, LeavesTheMapWithTheVelocitiesBiasesAndGravityOfItsAdjustment
     }
   }
   ASSERT_NE(last, kNoId);
-  // Against exact truth, with pixels off by 0.7 and depth as it is. The drift was 1.1 cm a
-  // keyframe.
+  // The error is relative to the exact truth, with pixels off by 0.7 and depth as it is. The drift
+  // was 1.1 cm a keyframe.
   EXPECT_LT(scene.Rmse(), 0.02);
   EXPECT_LT(AngleBetween(*scene.map.gravity_W(), kGravity), 2e-3);
   for (const KeyFrameId id : scene.map.keyframe_ids()) {

@@ -13,20 +13,21 @@
 namespace highwall::testing {
 
 inline constexpr double kDegree = M_PI / 180.0;
-inline constexpr double kFirst = 0.2, kStep = 0.1;  // [s] stamp of the first image, and between
+inline constexpr double kFirst = 0.2, kStep = 0.1;  // [s] stamp of the first image, interval
 inline const ImuBias kBias = (ImuBias() << 0.004, -0.005, 0.003, 0.03, -0.04, 0.02).finished();
 inline const Pose kTilted = Pose::FromTangent({3, -1, 2}, {0.4, -0.3, 1.3});
 
-// Odometry that is driven through a scene, image by image, as SlamSystem does it.
+// Drives the odometry through a scene, image by image, as SlamSystem does.
 class Drive {
  public:
-  // off: by how much the calibration's T_BC is wrong. accelerometer_range: that it tells.
+  // off: error of the calibration's T_BC. accelerometer_range: of the calibration.
   explicit Drive(const InertialSceneOptions& scene_options = {},
                  const InertialOptions& options = {}, const Pose& off = Pose(),
                  double accelerometer_range = std::numeric_limits<double>::infinity())
       : scene(scene_options), odometry(Calibration(scene, off, accelerometer_range), options) {}
 
-  // Until the stamp of an image is `end` [s]. sees: whether an image tells its pose, by its stamp.
+  // Continues until the stamp of an image is `end` [s]. sees: whether the image of a stamp has a
+  // pose.
   void Until(
       double end, const std::function<bool(double)>& sees = [](double) { return true; }) {
     for (; Stamp() <= end + 1e-9; ++image_) {
@@ -42,7 +43,8 @@ class Drive {
         observation.visual = scene.See(t);
         const Pose& seen = observation.visual->T_WC;
         observation.visual->T_WC = Pose(seen.q(), seen.p() + drift(t));
-        // The map was levelled and moved since: the images' poses with it.
+        // The map has been aligned with gravity and moved in the meantime, and the images' poses
+        // with it.
         observation.visual->T_WC = T_map * observation.visual->T_WC;
       }
       reports.push_back(odometry.Update(observation));
@@ -56,7 +58,7 @@ class Drive {
       last = t;
     }
   }
-  // How often the map was levelled.
+  // Returns how often the map was aligned with gravity.
   int Levels() const {
     return static_cast<int>(std::ranges::count_if(
         reports, [](const InertialReport& r) { return r.T_level.has_value(); }));
@@ -72,9 +74,9 @@ class Drive {
 
   InertialScene scene;
   InertialOdometry odometry;
-  // Whether a reading is there, and what becomes of it.
+  // Modifies a reading; returns false if the reading is missing.
   std::function<bool(ImuSample&)> change = [](ImuSample&) { return true; };
-  // [m] by which the images' poses are off, in the frame of the scene.
+  // [m] error of the images' positions, in the frame of the scene.
   std::function<Eigen::Vector3d(double)> drift = [](double) -> Eigen::Vector3d {
     return Eigen::Vector3d::Zero();
   };
@@ -83,8 +85,8 @@ class Drive {
   std::vector<InertialReport> reports;
   std::optional<KnownPose> prediction;
   double last = 0.0;
-  // [m] from where the camera was predicted in the map before it was levelled, to where it was
-  // after.
+  // [m] from the camera position predicted before a gravity alignment of the map to the position
+  // after it.
   double largest_step_of_a_turn = 0.0;
 
  private:

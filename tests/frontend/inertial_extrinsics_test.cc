@@ -26,7 +26,7 @@ TEST(InertialExtrinsics, AreFoundWhereTheyAreACentimetreAndADegreeOff) {
   ASSERT_TRUE(drive.reports.back().extrinsics);
   const ExtrinsicsEstimate& found = *drive.reports.back().extrinsics;
   const Pose error = InertialScene::T_BC().Inverse() * found.T_BC;
-  // Images a tenth of a second apart with a millimetre of noise each.
+  // The images are a tenth of a second apart, each with a millimetre of noise.
   EXPECT_LT(error.p().norm(), 3e-3);
   EXPECT_LT(error.Angle(), 0.1 * kDegree);
   const Eigen::Vector3d p_B = InertialScene::T_BC().q() * error.p();

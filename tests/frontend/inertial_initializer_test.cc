@@ -15,7 +15,7 @@ using testing::InertialSceneOptions;
 
 constexpr double kDegree = M_PI / 180.0;
 const ImuBias kBias = (ImuBias() << 0.008, -0.01, 0.005, 0.05, -0.08, 0.06).finished();
-// A map whose z is far from up.
+// A map whose z axis is far from up.
 const Pose kTilted = Pose::FromTangent({3, -1, 2}, {0.5, -0.8, 1.3});
 
 struct Trial {
@@ -24,9 +24,9 @@ struct Trial {
   ImuBias bias;
 };
 
-// Images at 10 Hz over `duration` [s], from 0.5 s on. change: of a reading, before it is added.
-// overstated: by how much the images are said to be better than they are. accelerometer_range: that
-// it is told.
+// Adds images at 10 Hz over `duration` [s], from 0.5 s on. change: of a reading, before it is
+// added. overstated: factor by which the images' stated accuracy is too high. accelerometer_range:
+// of the calibration.
 Trial Initialize(
     const InertialSceneOptions& scene_options, double duration,
     const std::function<void(ImuSample&)>& change = [](ImuSample&) {},
@@ -70,7 +70,7 @@ TEST(InertialInitializer, FindsGravityBiasesVelocityAndOffsetInMotion) {
     const auto error = testing::EstimateError(run.truth, run.bias, prior.estimate);
     const auto sigma = prior.estimate.covariance.diagonal().cwiseSqrt();
     for (int i = 3; i < 15; ++i) EXPECT_LT(std::abs(error(i)), 3.5 * sigma(i)) << i;
-    // What is found must be worth more than what was known before.
+    // The estimate must be more accurate than the prior.
     EXPECT_LT(sigma.segment<3>(9).maxCoeff(), 0.002);
     EXPECT_LT(sigma.tail<3>().maxCoeff(), 0.05);
     EXPECT_LT(sigma.segment<3>(6).maxCoeff(), 0.02);
@@ -82,7 +82,8 @@ TEST(InertialInitializer, FindsGravityBiasesVelocityAndOffsetInMotion) {
 }
 
 TEST(InertialInitializer, FindsTheDirectionOfGravityAtRest) {
-  // At rest a tilt looks like a bias of the accelerometer, so the latter has to be small.
+  // At rest a tilt is indistinguishable from a bias of the accelerometer, so the latter has to be
+  // small.
   const ImuBias bias = (ImuBias() << 0.008, -0.01, 0.005, 0.01, -0.02, 0.03).finished();
   const InertialSceneOptions scene{.motion = 0.0, .bias = bias, .T_WN = kTilted};
   const Trial run = Initialize(scene, 2.0);
@@ -107,7 +108,7 @@ TEST(InertialInitializer, ErrorsAreConsistentWithTheirCovariance) {
   const InertialInitializerOptions options;
   for (unsigned run = 0; run < kRuns; ++run) {
     InertialSceneOptions scene{.T_WN = kTilted, .seed = run + 1};
-    // What the initializer takes the biases for.
+    // The biases are drawn from the initializer's prior.
     for (int i = 0; i < 6; ++i) {
       scene.bias(i) =
           normal(rng) * (i < 3 ? options.gyroscope_bias_sigma : options.accelerometer_bias_sigma);
@@ -124,7 +125,7 @@ TEST(InertialInitializer, ErrorsAreConsistentWithTheirCovariance) {
 
 TEST(InertialInitializer, ImagesThatAreWorseThanTheyStateHaveToTellForLonger) {
   const InertialSceneOptions scene{.bias = kBias, .T_WN = kTilted};
-  const InertialInitializerOptions options{.max_gravity_sigma = 0.1};  // not what it waits for
+  const InertialInitializerOptions options{.max_gravity_sigma = 0.1};  // must not affect the wait
   constexpr double kOverstated = 4.0;
   const auto none = [](ImuSample&) {};
   const InitializationReport early = Initialize(scene, 1.5, none, options, kOverstated).report;
@@ -160,7 +161,7 @@ TEST(InertialInitializer, SaysWhereReadingsAreMissing) {
   EXPECT_EQ(initializer.Solve(early).status, InitializationStatus::kNoImu);
   EXPECT_EQ(initializer.Solve(late).status, InitializationStatus::kNoImu);
   EXPECT_EQ(initializer.Solve(gap).status, InitializationStatus::kNoImu);
-  // What came after the gap is enough.
+  // The readings after the gap are sufficient.
   const InitializationReport report = initializer.Solve(long_ago);
   EXPECT_NE(report.status, InitializationStatus::kNoImu);
   EXPECT_TRUE(report.estimate);
@@ -203,7 +204,7 @@ TEST(InertialInitializer, DegreesASecondContradictTheImages) {
 }
 
 TEST(InertialInitializer, ReadingsAtTheEndOfTheRangeCountForLittleWhereTheRangeIsTold) {
-  constexpr double kRange = 9.81;  // [m/s^2] gravity alone: a motion has more at times
+  constexpr double kRange = 9.81;  // [m/s^2] gravity alone: the motion exceeds it at times
   const auto ends = [=](ImuSample& reading) {
     reading.accelerometer = reading.accelerometer.cwiseMax(-kRange).cwiseMin(kRange);
   };
@@ -220,7 +221,7 @@ TEST(InertialInitializer, ReadingsAtTheEndOfTheRangeCountForLittleWhereTheRangeI
 }
 
 TEST(InertialInitializer, ImagesThatLeaveADirectionOpenAreNoFailure) {
-  // A camera before a wall without a mark along one axis, and one that sees nothing at all.
+  // A camera in front of a wall without texture along one axis, and one that sees nothing at all.
   for (const bool blind : {false, true}) {
     InertialScene scene;
     ImuBuffer buffer;
@@ -243,7 +244,7 @@ TEST(InertialInitializer, ErrorIsOneOnAverageWhateverTheImagesLeaveOpen) {
     constexpr int kRuns = 20, kImages = 31;
     double sum = 0.0;
     for (unsigned run = 0; run < kRuns; ++run) {
-      // Biases that are what they are taken for, or nearly so.
+      // The biases are within their prior, or nearly so.
       InertialScene scene({.seed = run + 1});
       ImuBuffer buffer;
       for (const ImuSample& reading : scene.Readings(0.0, 4.0)) buffer.Add(reading);
@@ -256,8 +257,8 @@ TEST(InertialInitializer, ErrorIsOneOnAverageWhateverTheImagesLeaveOpen) {
       sum += initializer.Solve(buffer).error;
     }
     // Chi-squared of some 6 - open rows an image: 1 +- sqrt(2 / rows). Biases at zero, where the
-    // prior allows for seven values, and unknowns that nothing ties when three positions are open,
-    // are up to ten degrees of freedom of 80 to 175.
+    // prior allows for seven values, and unconstrained unknowns, when three positions are
+    // unobservable, account for up to ten degrees of freedom of 80 to 175.
     const double rows = (6.0 - open) * kImages;
     EXPECT_NEAR(sum / kRuns, 1.0, 10.0 / rows + 4.0 * std::sqrt(2.0 / (rows * kRuns))) << open;
   }
@@ -298,7 +299,7 @@ TEST(RateAt, IsTheMeanOfTenMillisecondsAround) {
   const SinusoidalMotion motion;
   for (const ImuSample& sample : motion.Samples(200.0, 1.0)) buffer.Add(sample);
   const Stamp stamp = FromSeconds(0.5);
-  // The mean of a smooth rate: second derivative times (10 ms)^2 / 4.
+  // The mean of a smooth rate is off by its second derivative times (10 ms)^2 / 4.
   EXPECT_LT((RateAt(buffer, stamp, ImuBias::Zero()) - motion.SampleAt(stamp).gyroscope).norm(),
             2e-4);
   const ImuBias bias = (ImuBias() << 0.1, 0.2, 0.3, 0, 0, 0).finished();

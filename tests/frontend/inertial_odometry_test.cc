@@ -46,7 +46,7 @@ TEST(InertialOdometry, InitializesInMotionAndLevelsTheMap) {
   EXPECT_FALSE(drive.prediction == std::nullopt);
   EXPECT_LT(drive.PositionError(), 3e-3);
   EXPECT_LT(drive.AngleError(), 2e-3);
-  // Up is z after the map was turned, and gravity of the truth is there as well.
+  // Up is z after the gravity alignment, and so is the true gravity direction.
   const Eigen::Vector3d truth = drive.T_map.q() * drive.scene.gravity_W();
   EXPECT_LT(AngleBetween(*drive.odometry.gravity_W(), truth), 0.3 * kDegree);
   EXPECT_LT(AngleBetween(truth, kGravity), 0.2 * kDegree);
@@ -57,9 +57,9 @@ TEST(InertialOdometry, InitializesInMotionAndLevelsTheMap) {
   EXPECT_EQ(drive.reports.back().innovation_dof, 6);
 }
 
-// At rest a tilt and a bias are one and the same; the motion that follows tells them apart.
+// At rest a tilt and a bias are indistinguishable; the motion that follows separates them.
 TEST(InertialOdometry, LevelsTheMapAgainWhereGravityHasBecomeKnownBetter) {
-  // Far from the origin, about which a turn of 1 degree would move the camera by a metre.
+  // The camera is far from the origin, about which a rotation of 1 degree would move it by a metre.
   Drive drive({.rest = 3.0,
                .bias = (ImuBias() << 0, 0, 0, 0.12, -0.1, 0).finished(),
                .T_WN = Pose(Eigen::Quaterniond::Identity(), {50.0, -30.0, 2.0})});
@@ -74,7 +74,7 @@ TEST(InertialOdometry, LevelsTheMapAgainWhereGravityHasBecomeKnownBetter) {
   EXPECT_GE(drive.Levels(), 2);
   EXPECT_LE(drive.Levels(), 3);
   EXPECT_LT(drive.PositionError(), 3e-3);
-  // Half a centimetre: what an image 0.1 s on tells of a body that was at rest when this began.
+  // Half a centimetre is the accuracy of a 0.1 s prediction for a body that was at rest at first.
   EXPECT_LT(drive.largest_step_of_a_turn, 5e-3) << "the camera stays where it was";
 }
 
@@ -107,8 +107,8 @@ TEST(InertialOdometry, BridgesTwoSecondsWithoutImages) {
     EXPECT_EQ(drive.reports[i].innovation_dof, 0);
     EXPECT_TRUE(drive.reports[i].estimate);
   }
-  // The bias of the accelerometer is known to 0.01 m/s^2, gravity to 0.001 rad: 0.02 m/s^2 over
-  // 2 s are 4 cm; the path is 3 m.
+  // The bias of the accelerometer is known to 0.01 m/s^2, gravity to 0.001 rad: 0.02 m/s^2 over 2 s
+  // are 4 cm; the path is 3 m.
   EXPECT_LT(drive.PositionError(), 0.06);
   const InertialEstimate estimate = *drive.odometry.estimate();
   const double sigma = std::sqrt(estimate.covariance.topLeftCorner(3, 3).trace());
@@ -136,7 +136,7 @@ TEST(InertialOdometry, StopsAfterTooLongWithoutImages) {
   EXPECT_LT(drive.PositionError(), 3e-3);
 }
 
-// Readings are missing between two instants [s].
+// Drops the readings between two instants [s].
 std::function<bool(ImuSample&)> Gap(double from, double to) {
   return [=](const ImuSample& reading) {
     const double t = ToSeconds(reading.stamp);
@@ -163,7 +163,7 @@ TEST(InertialOdometry, RestartsAfterAGapInTheReadings) {
   EXPECT_LT(drive.PositionError(), 3e-3);
 }
 
-// A blow to the sensor that the camera does not feel, between two instants [s].
+// Simulates an impact on the sensor that the camera does not see, between two instants [s].
 std::function<bool(ImuSample&)> Blow(double from, double to) {
   return [=](ImuSample& reading) {
     const double t = ToSeconds(reading.stamp);
@@ -176,7 +176,7 @@ std::function<bool(ImuSample&)> Blow(double from, double to) {
 }
 
 TEST(InertialOdometry, DoesNotBelieveReadingsThatImagesContradict) {
-  // Within one interval of the images, and over the end of one: two are contradicted.
+  // The impact is within one interval of the images, or spans an image: two are inconsistent.
   for (const double from : {4.22, 4.27}) {
     Drive drive({.bias = kBias});
     drive.change = Blow(from, from + 0.06);
@@ -210,7 +210,7 @@ TEST(InertialOdometry, ReadingsAtTheEndOfTheRangeCountForLittleWhereTheRangeIsTo
     }
     return true;
   };
-  // What is not told of its range is believed, or denied as a whole.
+  // Without a known range, saturated readings are trusted, or rejected as a whole.
   Drive told({.bias = kBias}, {}, Pose(), kRange), untold({.bias = kBias});
   told.change = untold.change = ends;
   told.Until(3.9);
@@ -228,7 +228,7 @@ TEST(InertialOdometry, ReadingsAtTheEndOfTheRangeCountForLittleWhereTheRangeIsTo
   };
   EXPECT_GE(saturated(told), 5) << "of fifteen";
   EXPECT_EQ(saturated(untold), 0);
-  // An image is good for 2 mm an axis.
+  // An image is accurate to 2 mm per axis.
   EXPECT_LT(told_error, 6e-3);
   EXPECT_GT(untold_error, 1.5 * told_error);
   told.Until(7.0);
@@ -258,7 +258,7 @@ TEST(InertialOdometry, RestartedItFindsGravityInAnotherWorld) {
   EXPECT_FALSE(drive.odometry.T_WC());
   EXPECT_FALSE(drive.odometry.gravity_W());
   EXPECT_FALSE(drive.odometry.Predict(FromSeconds(drive.Stamp())));
-  // The images' poses are of a world that is elsewhere, and not upright.
+  // The images' poses are in a world at another place that is not aligned with gravity.
   drive.T_map = Pose::FromTangent({-7, 4, 1}, {-0.2, 0.25, 2.0});
   const int before = drive.Levels();
   drive.Until(10.0);
@@ -311,7 +311,7 @@ TEST(InertialOdometry, AMapThatMovesDuringTheInitializationDoesNotDisturbIt) {
   Drive drive({.bias = kBias, .T_WN = kTilted});
   drive.Until(0.7);
   ASSERT_EQ(drive.odometry.status(), InertialStatus::kInitializing);
-  // A local adjustment: 2 cm and 0.3 degrees.
+  // A local adjustment moves the map by 2 cm and 0.3 degrees.
   const Pose T_new_old = Pose::FromTangent({0.01, -0.015, 0.008}, {0.003, 0.003, -0.003});
   drive.odometry.MoveMap(T_new_old);
   drive.T_map = T_new_old * drive.T_map;
@@ -337,7 +337,7 @@ TEST(InertialOdometry, ResumesRightAfterTheMapWasLevelled) {
   ASSERT_TRUE(drive.reports[levelled].T_level);
   ASSERT_TRUE(drive.reports.back().restarted);
   const Eigen::Vector3d truth = drive.T_map.q() * drive.scene.StateAt(drive.last).v_WB;
-  // The mean of the last tenth of a second, at accelerations below 4 m/s^2, and 1 mm of noise.
+  // The velocity is the mean of the last 0.1 s, at accelerations below 4 m/s^2, with 1 mm of noise.
   EXPECT_LT((drive.odometry.estimate()->state.v_WB - truth).norm(), 0.25);
 }
 
@@ -365,7 +365,7 @@ TEST(InertialOdometry, AWindowThatCannotStartStaysSuspendedUntilOneCan) {
   drive.change = Gap(4.05, 4.53);
   drive.Until(4.5);
   ASSERT_EQ(drive.odometry.status(), InertialStatus::kWaiting);
-  // One image so far away that the velocity up to it, and from it, is beyond all numbers.
+  // One image is so far away that the velocity before and after it is not finite.
   const Pose T_map = drive.T_map;
   drive.T_map = Pose(T_map.q(), Eigen::Vector3d(1.5e308, 0.0, 0.0));
   ASSERT_NO_THROW(drive.Until(4.6));
@@ -418,8 +418,8 @@ TEST(InertialOdometry, GivesUpAnImuThatContradictsTheImages) {
   }
 }
 
-// Images whose poses rise by 0.7 m/s^2 make gravity 9.1 m/s^2 of readings that have some 9.9
-// themselves.
+// Image poses that accelerate upwards by 0.7 m/s^2 yield a gravity of 9.1 m/s^2, although the mean
+// reading is some 9.9.
 TEST(InertialOdometry, PoorPosesDoNotEndTheUseOfReadingsThatAreRight) {
   Drive drive({}, {.max_attempts = 3});
   drive.drift = [](double t) { return Eigen::Vector3d(0.0, 0.0, t < 10.0 ? 0.35 * t * t : 0.0); };
@@ -476,7 +476,7 @@ TEST(InertialOdometry, MovingTheMapMovesTheEstimateAlong) {
   drive.Until(4.0);
   const InertialEstimate before = *drive.odometry.estimate();
   const Eigen::Vector3d gravity = *drive.odometry.gravity_W();
-  // A loop turns about the vertical and shifts; states and images move together.
+  // A loop correction rotates about the vertical and shifts; states and images move together.
   const Pose T = Pose::FromTangent({0.5, -0.3, 0.2}, {0, 0, 0.4});
   drive.odometry.MoveMap(T);
   drive.T_map = T * drive.T_map;
@@ -491,7 +491,7 @@ TEST(InertialOdometry, MovingTheMapMovesTheEstimateAlong) {
   const std::size_t first = drive.reports.size();
   drive.Until(5.0);
   EXPECT_LT(drive.PositionError(), 3e-3);
-  // The images see nothing of it: no innovation beyond what noise makes, 6 on average.
+  // The images are not affected: no innovation exceeds that of noise, 6 on average.
   for (std::size_t i = first; i < drive.reports.size(); ++i) {
     EXPECT_LT(drive.reports[i].squared_innovation, 35.0) << i;
     EXPECT_FALSE(drive.reports[i].restarted);
@@ -527,7 +527,7 @@ TEST(InertialOdometry, FindsUpInTheCameraAtRest) {
   EXPECT_FALSE(in_g.UpInCamera(FromSeconds(0.9)));
 }
 
-// The weights of the intervals since the odometry runs.
+// Returns the weights of the intervals since the odometry has been running.
 std::vector<double> Weights(const Drive& drive) {
   EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning);
   EXPECT_LT(drive.PositionError(), 5e-3);
@@ -546,7 +546,7 @@ TEST(InertialOdometry, PaperWeighsByTheMotionTheBlurAndTheFeaturesThatAreLost) {
   Drive rest({.motion = 0.0}, {.weighting = kPaper});
   rest.Until(4.0);
   for (const double weight : Weights(rest)) EXPECT_EQ(weight, paper.weight_at_rest);
-  // Twice the usual motion turns at 1 rad/s and more.
+  // Twice the usual motion rotates at 1 rad/s and more.
   Drive rapid({.motion = 2.0, .bias = kBias}, {.weighting = kPaper});
   rapid.Until(4.0);
   for (const double weight : Weights(rapid)) EXPECT_GE(weight, paper.weight_rapid);
@@ -579,7 +579,7 @@ TEST(InertialOdometry, ConsistentWeighsOneUntilTheReadingsAreWorseThanTheySay) {
 }
 
 TEST(InertialOdometry, AFixedWeightIsThatOfTheReadings) {
-  // A tenth of the weight is ten times the covariance of what the readings alone tell.
+  // A tenth of the weight gives ten times the covariance of the readings alone.
   double variances[2];
   for (const bool light : {false, true}) {
     const double weight = light ? 0.1 : 1.0;

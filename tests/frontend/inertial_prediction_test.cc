@@ -39,7 +39,7 @@ TEST(InertialPrediction, TellsTheMotionAtTheImageNotThatOfTheStepToIt) {
   for (int i = 0; i < 20; ++i) {
     drive.Until(drive.Stamp());
     ASSERT_TRUE(drive.prediction && drive.prediction->motion);
-    constexpr double h = 1e-3;  // [s] in the square of which the difference is off
+    constexpr double h = 1e-3;  // [s] the error of the difference is of order h^2
     const Twist truth = Twist::Between(
         drive.Truth(drive.last - h).Inverse() * drive.Truth(drive.last + h), 2.0 * h);
     const Twist step =
@@ -48,8 +48,8 @@ TEST(InertialPrediction, TellsTheMotionAtTheImageNotThatOfTheStepToIt) {
     omega = std::max(omega, (drive.prediction->motion->omega - truth.omega).norm());
     omega_of_step = std::max(omega_of_step, (step.omega - truth.omega).norm());
   }
-  // One reading has a noise of 0.0035 rad/s an axis (2.4e-4 rad/s/sqrt(Hz), 200 Hz), images of 1 mm
-  // every 0.1 s one of 14 mm/s.
+  // One reading has a noise of 0.0035 rad/s an axis (2.4e-4 rad/s/sqrt(Hz), 200 Hz); images of 1 mm
+  // every 0.1 s give a velocity noise of 14 mm/s.
   EXPECT_LT(omega, 0.01);
   EXPECT_LT(v, 0.03);
   EXPECT_GT(omega_of_step, 5.0 * omega);

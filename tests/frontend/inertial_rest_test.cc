@@ -5,7 +5,7 @@
 #include "inertial/inertial_odometry.h"
 #include "inertial_drive.h"
 
-// When a body counts as at rest, and when it does not.
+// Conditions under which a body is stationary, and under which it is not.
 namespace highwall::inertial_rest_test {
 namespace {
 
@@ -35,7 +35,7 @@ TEST(InertialRest, WhatCreepsDoesNotRestAndItsVelocityIsRight) {
     Drive drive({.motion = 0.0, .creep = creep, .T_WN = kTilted});
     drive.Until(8.0);
     ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
-    double along = 0.0;  // [m/s] in the mean of 60 images
+    double along = 0.0;  // [m/s] mean over 60 images
     constexpr int kImages = 60;
     for (int i = 1; i <= kImages; ++i) {
       drive.Until(8.0 + kStep * i);

@@ -17,14 +17,14 @@
 #include "inertial/visual_pose.h"
 #include "support/imu_scene.h"
 
-// What the tests of inertial odometry share: a body with camera and IMU on an analytic motion, the
-// readings of the IMU with noise and biases, the poses of the camera as images would tell them.
+// Common parts of the tests of inertial odometry: a body with camera and IMU on an analytic motion,
+// the readings of the IMU with noise and biases, and the poses of the camera measured by images.
 namespace highwall::testing {
 
 struct InertialSceneOptions {
   double motion = 1.0;  // of SinusoidalMotion; 0: at rest
-  double rest = 0.0;  // [s] it stands still so long and gets under way within a second; 0: it moves
-  double creep = 0.0;  // [m/s] along x of W, at constant speed; with motion = 0: that alone
+  double rest = 0.0;    // [s] stationary this long, then starts within a second; 0: it moves
+  double creep = 0.0;   // [m/s] along x of W, at constant speed; with motion = 0 the only motion
   double hertz = 200.0;
   ImuNoise noise{.gyroscope = 2.44e-4,
                  .accelerometer = 1.47e-3,
@@ -42,13 +42,14 @@ class InertialScene {
   explicit InertialScene(const InertialSceneOptions& options = {})
       : options_(options), motion_(options.motion), rng_(options.seed) {}
 
-  // Its time offset is the guess 0.
+  // Its time offset is the initial guess 0.
   ImuCalibration calibration() const {
     return {.T_BC = T_BC(), .noise = options_.noise, .rate = options_.hertz};
   }
   static Pose T_BC() { return Pose::FromTangent({0.05, -0.03, 0.08}, {-1.2, 1.2, -1.2}); }
 
-  // The readings of the IMU's [begin, end] s, one after another: the bias walks on.
+  // Returns the readings of the IMU's [begin, end] s. Calls follow each other in time: the bias
+  // walks.
   std::vector<ImuSample> Readings(double begin, double end) {
     std::vector<ImuSample> readings;
     const double step = 1.0 / options_.hertz, root = std::sqrt(options_.hertz);
@@ -63,24 +64,24 @@ class InertialScene {
     }
     return readings;
   }
-  // At the latest reading.
+  // Returns the bias at the latest reading.
   ImuBias bias() const { return options_.bias + walk_; }
 
-  // The body in W at an instant of the IMU's clock [s].
+  // Returns the state of the body in W at an instant of the IMU's clock [s].
   ImuState StateAt(double t_imu) const {
     const Way way = WayAt(t_imu);
     ImuState state = motion_.StateAt(way.s);
     state.v_WB *= way.rate;
     state.T_WB = options_.T_WN * state.T_WB;
     state.v_WB = options_.T_WN.q() * state.v_WB;
-    const Eigen::Vector3d creep(options_.creep, 0.0, 0.0);  // nothing that readings show
+    const Eigen::Vector3d creep(options_.creep, 0.0, 0.0);  // not visible in the readings
     state.T_WB = Pose(state.T_WB.q(), state.T_WB.p() + t_imu * creep);
     state.v_WB += creep;
     return state;
   }
-  // The camera in W when an image was taken, by the stamp of the image [s].
+  // Returns the pose of the camera in W when an image was taken, given the stamp of the image [s].
   Pose T_WC(double t_image) const { return StateAt(t_image + options_.time_offset).T_WB * T_BC(); }
-  // What an image tells, with the noise that it states.
+  // Returns the measured pose of an image, with the noise that it states.
   VisualPose See(double t_image) {
     const Eigen::Vector3d p = Noise(options_.position_sigma);
     const Eigen::Vector3d theta = Noise(options_.rotation_sigma);
@@ -103,7 +104,7 @@ class InertialScene {
   }
 
  private:
-  // Where on the motion the body is at an instant [s], and how that goes on.
+  // Position on the motion at an instant [s], with its rates.
   struct Way {
     double s, rate = 1.0, acceleration = 0.0;  // [s], [1], [1/s]
   };
@@ -121,7 +122,7 @@ class InertialScene {
     sample.stamp = FromSeconds(t);
     const ImuState state = motion_.StateAt(way.s);
     const Eigen::Quaterniond q = state.T_WB.q();
-    const Eigen::Vector3d a = q * sample.accelerometer + kGravity;  // along the motion as it is
+    const Eigen::Vector3d a = q * sample.accelerometer + kGravity;  // along the actual motion
     sample.gyroscope *= way.rate;
     sample.accelerometer =
         q.conjugate() * (way.rate * way.rate * a + way.acceleration * state.v_WB - kGravity);
@@ -134,7 +135,7 @@ class InertialScene {
   ImuBias walk_ = ImuBias::Zero();
 };
 
-// [p theta | v | b_g b_a]: truth less estimate, as InertialEstimate::covariance is ordered.
+// Returns [p theta | v | b_g b_a]: truth minus estimate, ordered as InertialEstimate::covariance.
 inline Eigen::Matrix<double, 15, 1> EstimateError(const ImuState& truth, const ImuBias& bias,
                                                   const InertialEstimate& estimate) {
   Eigen::Matrix<double, 15, 1> error;
@@ -144,7 +145,7 @@ inline Eigen::Matrix<double, 15, 1> EstimateError(const ImuState& truth, const I
   return error;
 }
 
-// The estimate moved by a step in the tangent of its covariance.
+// Returns the estimate moved by a step in the tangent of its covariance.
 inline InertialEstimate Moved(InertialEstimate estimate, const Eigen::Matrix<double, 15, 1>& step) {
   estimate.state.T_WB = estimate.state.T_WB.Plus(step.head<6>());
   estimate.state.v_WB += step.segment<3>(6);
@@ -152,13 +153,13 @@ inline InertialEstimate Moved(InertialEstimate estimate, const Eigen::Matrix<dou
   return estimate;
 }
 
-// The start of a window at an image's stamp [s]; sigma [p theta v b_g b_a gravity t_d].
+// Standard deviations of a window's start at an image's stamp [s]: [p theta v b_g b_a gravity t_d].
 struct StartSigma {
   double p = 1e-3, theta = 1e-3, v = 0.02, b_g = 1e-3, b_a = 0.02, gravity = 2e-3, t_d = 2e-3;
   double T_BC = 0.0;  // [m, rad]; 0: it is known
 };
 
-// As far from the truth as its own covariance says.
+// Returns a start whose error is drawn from its own covariance.
 inline InertialPrior Start(InertialScene& scene, double t, double t_d, const StartSigma& sigma) {
   InertialPrior prior;
   Eigen::Matrix<double, 15, 1> s;
@@ -168,7 +169,7 @@ inline InertialPrior Start(InertialScene& scene, double t, double t_d, const Sta
   Eigen::Matrix<double, 15, 1> step;
   for (int i = 0; i < 5; ++i) step.segment<3>(3 * i) = scene.Noise(s(3 * i));
   prior.time_offset = t_d + scene.Noise(sigma.t_d).x();
-  // The state is that of the instant that the offset of the prior names.
+  // The state is at the instant given by the time offset of the prior.
   prior.estimate.stamp = FromSeconds(t + prior.time_offset);
   prior.estimate.state = scene.StateAt(ToSeconds(prior.estimate.stamp));
   prior.estimate.bias = scene.bias();
@@ -190,7 +191,7 @@ inline InertialPrior Start(InertialScene& scene, double t, double t_d, const Sta
   return prior;
 }
 
-// Angle between two vectors [rad].
+// Returns the angle between two vectors [rad].
 inline double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }

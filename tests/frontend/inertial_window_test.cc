@@ -29,13 +29,13 @@ InertialEstimate SomeEstimate() {
 }
 
 TEST(Propagate, CarriesTheCovarianceByTheJacobianOfThePrediction) {
-  // Almost no noise of the IMU's own.
+  // The noise of the IMU itself is almost zero.
   const ImuPreintegrationOptions options{.noise = {.gyroscope = 1e-12,
                                                    .accelerometer = 1e-12,
                                                    .gyroscope_walk = 1e-12,
                                                    .accelerometer_walk = 1e-12}};
   InertialEstimate from = SomeEstimate();
-  // The bias is not where the readings were integrated.
+  // The bias differs from the one of the integration.
   const ImuPreintegration imu(SinusoidalMotion(2.0).Samples(200.0, 0.3),
                               from.bias + ImuBias::Constant(0.003), options);
   std::mt19937 rng(1);
@@ -62,7 +62,7 @@ TEST(Propagate, CarriesTheCovarianceByTheJacobianOfThePrediction) {
 }
 
 TEST(Propagate, CovarianceMatchesNoisyRuns) {
-  // Strong walks, so that the biases' blocks count.
+  // The random walks are strong, so that the blocks of the biases count.
   const ImuNoise noise{
       .gyroscope = 2e-3, .accelerometer = 2e-2, .gyroscope_walk = 5e-3, .accelerometer_walk = 5e-2};
   constexpr double kDuration = 0.4;
@@ -87,8 +87,8 @@ TEST(Propagate, CovarianceMatchesNoisyRuns) {
     sampled += error * error.transpose() / kRuns;
     claimed += to.covariance / kRuns;
   }
-  // In units of the claimed deviations; an entry of a sampled covariance is good to
-  // sqrt(2 / N) = 0.022.
+  // In units of the claimed deviations, an entry of a sampled covariance is accurate to sqrt(2 / N)
+  // = 0.022.
   const Vector15 scale = claimed.diagonal().cwiseSqrt().cwiseInverse();
   const Matrix15 difference = scale.asDiagonal() * (sampled - claimed) * scale.asDiagonal();
   EXPECT_LT(difference.cwiseAbs().maxCoeff(), 0.1) << difference;
@@ -129,7 +129,7 @@ struct Driven {
   ImuBias bias;
 };
 
-// A window fed with an image every kImageStep from 0.3 s on.
+// Runs a window with an image every kImageStep from 0.3 s on.
 Driven Drive(const InertialSceneOptions& options, int images, const StartSigma& sigma,
              bool free_time_offset = true, int max_states = 5) {
   InertialScene scene(options);
@@ -152,7 +152,7 @@ Driven Drive(const InertialSceneOptions& options, int images, const StartSigma& 
     const ImuPreintegration imu(interval->samples, window.newest().bias,
                                 {.noise = scene.calibration().noise});
     const VisualPose visual = scene.See(t);
-    // The rate as the motion has it: the mean reading is a matter of RateAt().
+    // The rate is the true one: the mean reading is the subject of RateAt().
     const Eigen::Vector3d omega_B = SinusoidalMotion(options.motion).SampleAt(to).gyroscope;
     EXPECT_TRUE(window.Add({.imu = &imu, .visual = &visual, .omega_B = omega_B}));
     EXPECT_EQ(window.newest().stamp, to);
@@ -172,7 +172,7 @@ TEST(InertialWindow, TracksTheTruthFromGoodImages) {
                                    .rotation_sigma = 1e-4};
   const Driven driven = Drive(scene, 40, {}, true, 10);
   const Vector15 error = EstimateError(driven.truth, driven.bias, driven.window->newest());
-  // The images' own noise, and what follows from it over the second of the window.
+  // The bounds are the images' own noise, and its effect over the second of the window.
   EXPECT_LT(error.head<3>().norm(), 3e-4);       // [m]
   EXPECT_LT(error.segment<3>(3).norm(), 3e-4);   // [rad]
   EXPECT_LT(error.segment<3>(6).norm(), 2e-3);   // [m/s]
@@ -183,7 +183,7 @@ TEST(InertialWindow, TracksTheTruthFromGoodImages) {
 }
 
 TEST(InertialWindow, IsConsistentOverFiftySeeds) {
-  // NEES of all 15, of velocity and of the biases, after marginalizing: means over N runs of
+  // NEES of all 15, of velocity and of the biases, after marginalization: means over N runs of
   // chi-squared, n +- sqrt(2 n / N).
   constexpr int kRuns = 50;
   double all = 0.0, velocity = 0.0, biases = 0.0, offset = 0.0;
@@ -207,7 +207,7 @@ TEST(InertialWindow, IsConsistentOverFiftySeeds) {
   EXPECT_NEAR(offset / kRuns, 1.0, bound(1.0));
 }
 
-// By how much T_BC is off, in the tangent of its covariance.
+// Returns the error of T_BC, in the tangent of its covariance.
 Eigen::Matrix<double, 6, 1> ExtrinsicsError(const Pose& T_BC) {
   const Pose truth = InertialScene::T_BC();
   Eigen::Matrix<double, 6, 1> error;
@@ -254,7 +254,7 @@ TEST(PredictCamera, CountsWhatIsUnknownOfTheExtrinsicsOnce) {
   Eigen::Matrix<double, 6, 24> J = Eigen::Matrix<double, 6, 24>::Zero();
   constexpr double kStep = 1e-5;
   for (int i = 0; i < 24; ++i) {
-    if (i >= 15 && i < 18) continue;  // gravity and t_d are taken for known
+    if (i >= 15 && i < 18) continue;  // gravity and t_d are assumed known
     const auto at = [&](double step) {
       InertialPrior moved = from;
       if (i < 15) {
@@ -269,7 +269,7 @@ TEST(PredictCamera, CountsWhatIsUnknownOfTheExtrinsicsOnce) {
     };
     J.col(i) = (at(kStep) - at(-kStep)) / (2.0 * kStep);
   }
-  // As the covariance of the body, of first order in the bias.
+  // As for the covariance of the body, the bias enters to first order.
   EXPECT_TRUE(camera.covariance.isApprox(J * from.Joint() * J.transpose(), 1e-6));
 }
 
@@ -297,7 +297,7 @@ TEST(InertialWindow, WithoutImagesTheCovarianceGrows) {
     const std::size_t begin = static_cast<std::size_t>(20 * k);
     auto part = std::vector<ImuSample>(readings.begin() + static_cast<std::ptrdiff_t>(begin),
                                        readings.begin() + static_cast<std::ptrdiff_t>(begin) + 21);
-    // The window begins where its offset says, a nanosecond or two off.
+    // The window begins at the instant given by its offset, up to a nanosecond or two.
     part.front().stamp = window.newest().stamp;
     const ImuPreintegration imu(part, window.newest().bias);
     ASSERT_TRUE(window.Add({.imu = &imu}));
@@ -321,8 +321,8 @@ TEST(InertialWindow, AStationaryBodyHasNoVelocity) {
   }
 }
 
-// At rest and level, what of an accelerometer's bias is unknown is unknown of gravity: sigma_b / g
-// along that axis, less by the prior's tenth of a radian; across it the rest tells it to 0.02.
+// At rest and level, the uncertainty of an accelerometer bias is that of gravity: sigma_b / g along
+// that axis, reduced by the prior's tenth of a radian; across it rest constrains gravity to 0.02.
 TEST(InertialWindow, SigmaOfGravityIsThatOfItsLessCertainAxis) {
   std::vector<ImuSample> readings;
   for (int i = 0; i <= 20; ++i) readings.push_back({i * 5'000'000, {0, 0, 0}, -kGravity});
@@ -336,12 +336,12 @@ TEST(InertialWindow, SigmaOfGravityIsThatOfItsLessCertainAxis) {
     InertialWindow window(ImuCalibration(), {}, prior, false);
     const ImuPreintegration imu(readings, ImuBias::Zero());
     ASSERT_TRUE(window.Add({.imu = &imu, .stationary = true}));
-    // 1 / sqrt(1 / 0.1^2 + (g / 2)^2), and a little for what else is unknown.
+    // The value is 1 / sqrt(1 / 0.1^2 + (g / 2)^2), plus a little for the other unknowns.
     EXPECT_NEAR(window.Prior().gravity_sigma(), 0.09, 0.005) << uncertain;
   }
 }
 
-// A window that starts where another one stands knows what that one knew, couplings included.
+// A window that starts from the prior of another one has the same information, couplings included.
 TEST(InertialWindow, GoesOnFromThePriorOfAnotherWindow) {
   for (const bool free_time_offset : {true, false}) {
     const Driven driven = Drive({.time_offset = 0.0}, 8, {.t_d = 1e-9}, free_time_offset);
@@ -356,19 +356,20 @@ TEST(InertialWindow, GoesOnFromThePriorOfAnotherWindow) {
     const Eigen::MatrixXd difference = scale.asDiagonal() *
                                        (next.Prior().Joint() - joint).topLeftCorner(known, known) *
                                        scale.asDiagonal();
-    // Rounding of an inverse whose correlations leave a condition of some 1e6.
+    // The tolerance is the rounding of an inverse whose correlations leave a condition of some 1e6.
     EXPECT_LT(difference.cwiseAbs().maxCoeff(), 1e-6) << free_time_offset;
   }
 }
 
-// Gravity and the accelerometer's bias, each unknown, are known together.
+// Gravity and the accelerometer's bias are each uncertain, but their combination is known.
 TEST(InertialWindow, WhatIsKnownOfGravityAndBiasTogetherPredictsTheMotion) {
   std::vector<ImuSample> readings;
   for (int i = 0; i <= 20; ++i) readings.push_back({i * 5'000'000, {0, 0, 0}, -kGravity});
   const ImuPreintegration imu(readings, ImuBias::Zero());
   for (const bool coupled : {false, true}) {
     Matrix18 joint = 1e-10 * Matrix18::Identity();
-    // A tilt about y or x by sigma, and the bias along x or y that looks like it at rest.
+    // The tilt is about y or x by sigma; the bias along x or y is indistinguishable from it at
+    // rest.
     constexpr double kTilt = 0.01;  // [rad]
     const Eigen::Matrix<double, 3, 2> basis =
         UnitDirectionManifold::Basis(UnitDirection(kGravity).data());
@@ -376,7 +377,7 @@ TEST(InertialWindow, WhatIsKnownOfGravityAndBiasTogetherPredictsTheMotion) {
     const Eigen::Matrix2d tilt = kTilt * kTilt * Eigen::Matrix2d::Identity();
     joint.block<2, 2>(15, 15) += tilt;
     joint.block<3, 3>(12, 12) += bias * tilt * bias.transpose();
-    // With R = I: a specific force that stays the same, b + (a - g), wants the bias to follow g.
+    // With R = I, a constant specific force b + (a - g) makes the bias follow g.
     if (coupled) {
       joint.block<3, 2>(12, 15) = bias * tilt;
       joint.block<2, 3>(15, 12) = joint.block<3, 2>(12, 15).transpose();
@@ -387,7 +388,8 @@ TEST(InertialWindow, WhatIsKnownOfGravityAndBiasTogetherPredictsTheMotion) {
     InertialWindow window(ImuCalibration(), {}, prior, false);
     ASSERT_TRUE(window.Add({.imu = &imu}));
     const double velocity = std::sqrt(window.newest().covariance(6, 6));
-    // 0.1 s at 9.81 m/s^2 times a hundredth, twice; what is left is the noise of the readings.
+    // Two contributions of 0.1 s at 9.81 m/s^2 times a hundredth; the rest is the noise of the
+    // readings.
     if (coupled) {
       EXPECT_LT(velocity, 2e-3);
     } else {
@@ -410,8 +412,9 @@ TEST(InertialPrior, TurnsWithItsWorld) {
   EXPECT_TRUE(turned.estimate.state.v_WB.isApprox(q * prior.estimate.state.v_WB, 1e-14));
   EXPECT_TRUE(turned.gravity_W.vector().isApprox(q * prior.gravity_W.vector(), 1e-14));
   EXPECT_EQ(turned.time_offset, prior.time_offset);
-  // [p theta v b_g b_a g t_d]: gravity's direction in space, whatever basis its tangent has. What
-  // is of the body's axes, turns and biases, does not turn with the world.
+  // [p theta v b_g b_a g t_d]: gravity's direction is expressed in space, independent of the basis
+  // of its tangent. Quantities in the body's axes, rotations and biases, do not rotate with the
+  // world.
   using Matrix19 = Eigen::Matrix<double, 19, 19>;
   const auto spatial = [](const InertialPrior& p) {
     Eigen::Matrix<double, 19, 18> J = Eigen::Matrix<double, 19, 18>::Zero();

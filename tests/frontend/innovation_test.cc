@@ -51,8 +51,8 @@ TEST(SquaredInnovation, IsNoneWhereTheImageLeavesADirectionOpen) {
   EXPECT_FALSE(SquaredInnovation({kPose, 1e-6 * Matrix6::Identity()}, visual));
 }
 
-// The camera moves steadily but for a centimetre along x; the readings are off by `readings`, along
-// y, each known to a millimetre and a milliradian.
+// The camera moves steadily except for a centimetre along x in the image's pose; the readings are
+// off by `readings` along y, with a covariance of a millimetre and a milliradian.
 bool Contradicted(double readings, double squared_innovation, bool known_bad = false) {
   const auto along = [](int axis, double by) { return kPose.Plus(by * Vector6::Unit(axis)); };
   return AreReadingsContradicted(squared_innovation,

@@ -31,7 +31,7 @@ Bytes Encoded(int type, int width, int height, const std::vector<int>& parameter
   return bytes;
 }
 
-// Sizes that end within a block, too.
+// The sizes include some that end within a block.
 std::vector<Picture> SequentialPictures() {
   std::vector<Picture> pictures;
   for (const int width : {64, 61, 129}) {
@@ -66,7 +66,7 @@ TEST(JpegExtent, WhatCamerasAddBehindTheEndDoesNotMatter) {
       longer.insert(longer.end(), count, std::uint8_t{'x'});
       EXPECT_EQ(ExtentOfJpeg(longer), JpegExtent::kWhole);
     }
-    Bytes pair = picture.bytes;  // as of phones with two lenses
+    Bytes pair = picture.bytes;  // as phones with two lenses write them
     pair.insert(pair.end(), picture.bytes.begin(), picture.bytes.end() - 100);
     EXPECT_EQ(ExtentOfJpeg(pair), JpegExtent::kWhole);
   }

@@ -27,7 +27,7 @@ FrameFeatures RandomFeatures(std::mt19937& rng, int points = kPoints, int lines 
   return features;
 }
 
-// Each descriptor with `bits` bits turned, as another view of the same place would have it.
+// Returns each descriptor with `bits` bits flipped, as in another view of the same place.
 cv::Mat Turned(const cv::Mat& descriptors, int bits, std::mt19937& rng) {
   cv::Mat turned = descriptors.clone();
   for (int i = 0; i < turned.rows; ++i) {
@@ -63,8 +63,8 @@ TEST_F(KeyFrameIndexTest, FindsAPlaceSeenAgainByPointsOrByLines) {
   ASSERT_FALSE(lines.empty());
   EXPECT_EQ(points[0].keyframe, 7_kf);
   EXPECT_EQ(lines[0].keyframe, 12_kf);
-  // A table keeps a descriptor with 20 of 256 bits turned with 0.92^16 = 0.26, four tables find 0.7
-  // of them; a random one collides with 4 / 2^16.
+  // A table finds a descriptor with 20 of 256 bits flipped with probability 0.92^16 = 0.26, four
+  // tables find 0.7 of them; a random one collides with 4 / 2^16.
   EXPECT_GT(points[0].score, 0.4);
   EXPECT_GT(lines[0].score, 0.4);
   EXPECT_TRUE(points.size() == 1 || points[1].score < 0.05);
@@ -73,7 +73,7 @@ TEST_F(KeyFrameIndexTest, FindsAPlaceSeenAgainByPointsOrByLines) {
 TEST_F(KeyFrameIndexTest, PointsAndLinesAddUp) {
   FrameFeatures mixed = features[3];
   mixed.point_descriptors = features[5].point_descriptors.clone();
-  // 100 points of keyframe 5 against 30 lines, which count twice, of keyframe 3.
+  // The query has 100 points of keyframe 5 and 30 lines, which count twice, of keyframe 3.
   const auto places = index.Query(mixed);
   ASSERT_GE(places.size(), 2u);
   EXPECT_EQ(places[0].keyframe, 5_kf);
@@ -91,7 +91,7 @@ TEST_F(KeyFrameIndexTest, WhatManyKeyFramesHaveSaysLittle) {
   AppendDescriptor(query.point_descriptors, RandomDescriptor(rng));
   const auto places = index.Query(query);
   ASSERT_EQ(places.size(), 20u);
-  // log(41 / 20) of 2 log(41).
+  // The score is log(41 / 20) of 2 log(41).
   EXPECT_NEAR(places[0].score, std::log(41.0 / 20.0) / (2.0 * std::log(41.0)), 1e-12);
   EXPECT_EQ(places[0].keyframe, 39_kf) << "of equal scores the newer first";
 }

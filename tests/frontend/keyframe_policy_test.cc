@@ -57,8 +57,8 @@ class KeyFramePolicyWants : public ::testing::Test {
     }
   }
 
-  // A frame that found the first `points` and `lines` of them and sees `more` features with depth
-  // that are nothing yet.
+  // Returns a frame that tracks the first `points` and `lines` of them and sees `more` features
+  // with depth that have no landmark yet.
   TrackedFrame Tracked(int points, int lines, int more, double seconds = 0.0) const {
     TrackedFrame tracked;
     tracked.frame = {
@@ -94,7 +94,8 @@ TEST_F(KeyFramePolicyWants, NoneWhereTheCameraStandsUnlessAnImuTiesThem) {
   const auto frame = [&](double shift, int points = 100) {
     TrackedFrame tracked = Tracked(points, 10, 0, 60.0);
     auto features = std::make_shared<FrameFeatures>(*tracked.frame.features);
-    // Half of them on the other side: what turns about the optical axis moves nothing in the mean.
+    // Half of the shifts have the opposite sign: a rotation about the optical axis has no mean
+    // shift.
     for (std::size_t i = 0; i < features->points.size(); ++i) {
       features->points[i].uv = {i % 2 == 0 ? shift : -shift, 0.0};
     }
@@ -123,14 +124,14 @@ TEST_F(KeyFramePolicyWants, WhenMuchIsWaitingToBeMapped) {
 
 TEST_F(KeyFramePolicyWants, DoesNotCountLandmarksOnProbation) {
   const KeyFramePolicy policy({.min_share = 0.5, .max_gap = 100.0, .wanted_tracked = 0});
-  // Sixty points become those of keyframe 2 alone: forty and ten lines are left.
+  // Keyframe 2 alone keeps sixty points: forty points and ten lines are left.
   for (PointId id(0); id < PointId(60); ++id) {
     map.ForgetPointObservation(0_kf, id);
     map.ForgetPointObservation(1_kf, id);
   }
   EXPECT_FALSE(policy.Wants(Tracked(25, 0, 0), map, 0));
   EXPECT_TRUE(policy.Wants(Tracked(24, 0, 0), map, 0));
-  // In a map of two keyframes they all count.
+  // In a map of two keyframes all landmarks count.
   map.RemoveKeyFrame(0_kf, 1_kf);
   EXPECT_TRUE(policy.Wants(Tracked(54, 0, 0), map, 0));
   EXPECT_FALSE(policy.Wants(Tracked(55, 0, 0), map, 0));

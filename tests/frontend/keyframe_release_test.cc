@@ -15,7 +15,7 @@ constexpr double kWait = 2.0;
 
 class KeyframeReleaseTest : public ::testing::Test {
  protected:
-  // A keyframe of the map at `seconds`, with depth 1.
+  // Adds a keyframe with depth 1 at `seconds` to the map.
   KeyFrameId Add(double seconds, const cv::Mat& dynamic = {}) {
     Frame frame;
     frame.index = index_++;
@@ -44,7 +44,7 @@ class KeyframeReleaseTest : public ::testing::Test {
   RgbdImage image_{.bgr = cv::Mat(6, 8, CV_8UC3, cv::Scalar(1, 2, 3)),
                    .depth = cv::Mat(6, 8, CV_32FC1, cv::Scalar(1.0))};
   Map map_;
-  std::map<KeyFrameId, cv::Mat> masks_;  // what is known by now
+  std::map<KeyFrameId, cv::Mat> masks_;  // the current estimate
   KeyframeRelease release_{kWait};
 
  private:

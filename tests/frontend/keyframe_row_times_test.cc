@@ -21,7 +21,7 @@ using testing::SyntheticView;
 const Twist kMotion{.v = {0.5, -0.3, 0.2}, .omega = {0.6, 1.2, -0.4}};
 constexpr FrameTiming kTiming{.colour_readout = 0.03, .depth_readout = 0.03};
 
-// A keyframe that was made while nobody knew that its rows have times.
+// A keyframe that was made before the readout time of its rows was known.
 class KeyframeRowTimesTest : public ::testing::Test {
  protected:
   KeyframeRowTimesTest() : scene_map_(scene_) {
@@ -29,7 +29,7 @@ class KeyframeRowTimesTest : public ::testing::Test {
     SyntheticView seen = truth_;
     seen.features = AtMiddleRow(*truth_.features, sensor_.camera, -kTiming.colour_readout, kMotion);
     id_ = scene_map_.Add(seen, T_WC_);
-    // Landmarks as this keyframe has them.
+    // The landmarks are placed where this keyframe has them.
     const KeyFrame& keyframe = *map().keyframe(id_);
     for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
       const PointFeature& feature = keyframe.frame.features->points[i];
@@ -44,7 +44,7 @@ class KeyframeRowTimesTest : public ::testing::Test {
     times_.Retime(timing, map().KeyFramesOf(kFirstSubmap), &map());
   }
   const FrameFeatures& features() { return *map().keyframe(id_)->frame.features; }
-  // [m] of the landmark of point feature i.
+  // Returns the error [m] of the landmark of point feature i.
   double Error(std::size_t i) {
     const Eigen::Vector3d& truth = scene_.points[static_cast<std::size_t>(truth_.points[i])].p_W;
     return (map().point(map().keyframe(id_)->points[i])->p_W - truth).norm();
@@ -78,7 +78,7 @@ TEST_F(KeyframeRowTimesTest, FeaturesAndLandmarksFollowWhatIsLearntOfTimingAndMo
     const Eigen::Vector3d p_W = T_WC_ * sensor_.camera.Unproject(should.uv, should.depth);
     EXPECT_LT((map().point(keyframe.points[i])->p_W - p_W).norm(), 1e-12) << i;
   }
-  // The row that a feature is moved to stands for the one it was seen in, 10 px of 480.
+  // The row that a feature is moved to approximates the one it was seen in, 10 px of 480.
   EXPECT_LT(LargestError(), 0.1 * before);
   ASSERT_NE(times_.Find(id_), nullptr);
   EXPECT_EQ(times_.Find(id_)->timing.colour_readout, kTiming.colour_readout);
@@ -107,7 +107,7 @@ TEST_F(KeyframeRowTimesTest, LinesMoveAsTheirKeyframeSeesThem) {
 TEST_F(KeyframeRowTimesTest, ALandmarkFollowsByTheShareOfItsKeyframes) {
   const KeyFrame& keyframe = *map().keyframe(id_);
   const PointId point = keyframe.points[0];
-  // Of another run, with nothing to be told of its rows.
+  // A keyframe of another run, whose rows cannot be corrected.
   const Pose elsewhere = T_WC_ * Pose::FromTangent({0.02, 0.0, 0.0}, Eigen::Vector3d::Zero());
   const KeyFrameId other = scene_map_.Add(Look(scene_, sensor_, elsewhere), elsewhere);
   ASSERT_EQ(map().point(point)->observations.size(), 2U);
@@ -139,13 +139,13 @@ TEST_F(KeyframeRowTimesTest, AnEstimateWithinItsOwnSigmaMovesNothing) {
   Retime({.value = kTiming, .sigma = sigma});
   EXPECT_EQ(map().keyframe(id_)->frame.features, before);
   EXPECT_EQ(map().point(points[0])->p_W, p_W);
-  // Beyond that of one of the three it does, by all of it.
+  // If the change exceeds the sigma of one of the three, the whole correction is applied.
   Retime({.value = kTiming, .sigma = {.colour_readout = 0.029, .depth_readout = 0.031}});
   EXPECT_NE(map().keyframe(id_)->frame.features, before);
   EXPECT_EQ(times_.Find(id_)->timing.depth_readout, kTiming.depth_readout);
 }
 
-// However large the map: its landmarks stay where their keyframes, which nothing moves, have them.
+// However large the map is, its landmarks stay with their keyframes, which no adjustment moves.
 TEST_F(KeyframeRowTimesTest, KeyframesThatNoAdjustmentMovesStayAsTheyAre) {
   const Pose elsewhere = T_WC_ * Pose::FromTangent({0.02, 0.0, 0.0}, Eigen::Vector3d::Zero());
   const KeyFrameId other = scene_map_.Add(Look(scene_, sensor_, elsewhere), elsewhere);

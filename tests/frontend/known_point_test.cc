@@ -15,7 +15,7 @@ using testing::MappedPlace;
 
 constexpr double kAnything = 1e9;  // [sigma] no outlier
 
-// Half the sum of squares of what the keyframes saw, with the point at p_W.
+// Returns half the sum of squares of the keyframes' observations, with the point at p_W.
 double CostOfViews(const SeenPoint& seen, const MeasurementModel& model,
                    const Eigen::Vector3d& p_W) {
   double cost = 0.0;
@@ -44,10 +44,10 @@ TEST(KnownPoint, CostsWhatTheViewsCost) {
   for (const SeenPoint& one : seen) {
     const auto known = KnownPoint(one, Pose(), model, kAnything);
     const Eigen::Vector3d& p = one.p_W;
-    const Eigen::Vector3d step(5e-4, -5e-4, 5e-4);  // [m] a fraction of what is known
+    const Eigen::Vector3d step(5e-4, -5e-4, 5e-4);  // [m] a fraction of the uncertainty
     const double views = CostOfViews(one, model, p + step) - CostOfViews(one, model, p - step);
     const double factor = CostOf(*known, p + step) - CostOf(*known, p - step);
-    // Of first order; what is left is the curvature of projection over a millimetre.
+    // The factor is of first order; the rest is the curvature of projection over a millimetre.
     EXPECT_NEAR(factor, views, 0.01 * std::abs(views) + 1e-3);
   }
 }
@@ -58,7 +58,7 @@ TEST(KnownPoint, LiesWhereTheViewsAgree) {
   for (SeenPoint one : SeenByTwoOrMore(all)) {
     const Eigen::Vector3d truth = one.p_W;
     one.p_W += Eigen::Vector3d(2e-3, 1e-3, -2e-3);
-    // One step of Gauss-Newton: the square of a relative error of a thousandth.
+    // One step of Gauss-Newton leaves the square of a relative error of a thousandth.
     EXPECT_LT((KnownPoint(one, Pose(), place.model(), kAnything)->p_F() - truth).norm(), 3e-5);
   }
 }
@@ -90,7 +90,7 @@ TEST(KnownPoint, OfOneViewWithoutDepthTheRayStaysOpen) {
   const auto known = KnownPoint(one, Pose(), place.model(), kAnything);
   const Eigen::Matrix3d W = known->sqrt_information();
   EXPECT_GT(W.norm(), 10.0);                     // [1/m]
-  EXPECT_LT((W * ray).norm(), 1e-6 * W.norm());  // rounding of what is taken for open
+  EXPECT_LT((W * ray).norm(), 1e-6 * W.norm());  // rounding of the unobservable direction
   EXPECT_LT((known->p_F() - one.p_W).norm(), 1e-5);
 }
 

@@ -17,8 +17,8 @@ using testing::operator""_kf;
 const Pose kPoses[] = {Pose::FromTangent({0, 0, 0}, {0, -0.2, 0}),
                        Pose::FromTangent({0.2, 0, 0}, {0, 0.0, 0})};
 
-// Two keyframes, and in another world, which lies where theirs does, one more: what the two sides
-// of a loop look like once it is closed.
+// Two keyframes and, in another world at the same place, a third one: the two sides of a loop after
+// it is closed.
 class LandmarkFusionTest : public ::testing::Test {
  protected:
   LandmarkFusionTest() {
@@ -71,7 +71,7 @@ TEST_F(LandmarkFusionTest, LandmarksOfAnotherPartAreFoundInAKeyFrame) {
 }
 
 TEST_F(LandmarkFusionTest, TheSideThatIsLookedForStaysUnlessTheOtherIsObservedMore) {
-  // One that the keyframe observes, and with it two more, made here.
+  // One point is observed by the keyframe and by two additional ones, created here.
   const PointId observed_more = keyframe().points.front();
   const Frame frame = keyframe().frame;
   for (int i = 0; i < 2; ++i) {

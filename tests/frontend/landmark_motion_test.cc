@@ -16,10 +16,10 @@ using testing::RandomDescriptor;
 using testing::Scene;
 using testing::UniformInBox;
 
-// A wall far away, and before it a panel with as many marks, which has moved since it was mapped.
+// A wall far away and, in front of it, a panel with marks, which has moved since it was mapped.
 class LandmarkMotion : public ::testing::Test {
  protected:
-  // moved: marks of the panel that have moved by `shift` [m], of all `marks`.
+  // moved: number of the panel's `marks` that have moved by `shift` [m].
   void Look(const Eigen::Vector3d& shift, int marks = 20, int moved = 20, unsigned seed = 1) {
     std::mt19937 rng(seed);
     wall = See(rng, {-2.5, -1.5, 3.4}, {2.5, 1.5, 3.6}, 60, 0, shift);
@@ -34,7 +34,8 @@ class LandmarkMotion : public ::testing::Test {
   int lines = 0;  // on the panel
 
  private:
-  // Points in a box where they were mapped, and what the camera in the origin sees of them now.
+  // Returns points in a box where they were mapped, with their observations by the camera at the
+  // origin.
   std::vector<PosePoint> See(std::mt19937& rng, const Eigen::Vector3d& low,
                              const Eigen::Vector3d& high, int count, int moved,
                              const Eigen::Vector3d& shift) const {
@@ -103,7 +104,8 @@ TEST_F(LandmarkMotion, MostOfTheMarksMustContradict) {
 }
 
 TEST_F(LandmarkMotion, WhatTheOthersLeaveOpenContradictsNothing) {
-  // A spot of the wall says little of a turn with a step aside, which moves a nearer panel.
+  // A small spot of the wall hardly constrains a rotation combined with a translation, which moves
+  // a nearer panel.
   Look({0.03, 0, 0});
   EXPECT_TRUE(Moved());
   for (std::size_t i = 0; i < wall.size(); ++i) {

@@ -28,8 +28,8 @@ void AddNoise(cv::Mat* image, double sigma, std::uint64_t seed) {
   cv::add(*image, noise, *image, cv::noArray(), CV_8U);
 }
 
-// A bright rectangle on dark ground. Each side is a step under a Gaussian blur, so that its place
-// is exact except near the corners.
+// A bright rectangle on dark ground. Each side is a step under a Gaussian blur, so that its
+// position is exact except near the corners.
 class Rectangle {
  public:
   explicit Rectangle(double degrees) {
@@ -62,7 +62,7 @@ class Rectangle {
     return image;
   }
 
-  // Side i from corner i to the next: clockwise as seen.
+  // Returns side i from corner i to the next: clockwise as seen.
   LineSegment Side(std::size_t i) const { return {corners_[i], corners_[(i + 1) % 4]}; }
 
  private:
@@ -78,7 +78,7 @@ bool Equal(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && (a.empty() || cv::norm(a, b, cv::NORM_INF) == 0.0);
 }
 
-// Many lines of all lengths, some of them through the border.
+// Returns an image of many lines of all lengths, some of them through the border.
 cv::Mat ManyLines(std::uint64_t seed) {
   cv::Mat image(240, 320, CV_8U, cv::Scalar(90));
   cv::RNG rng(seed);
@@ -119,7 +119,7 @@ TEST(LineExtractorOptions, NamesTheFieldThatIsOutOfRange) {
   EXPECT_NE(message({.max_lines = 0}).find("max_lines"), std::string::npos);
 }
 
-// An edge that something small hides a part of, in a large image: 14 px of 1280, as 7 of 640.
+// An edge that is partly hidden by a small object, in a large image: 14 px of 1280 are as 7 of 640.
 TEST(LineExtractor, AGapIsMeasuredByTheSizeOfTheImage) {
   cv::Mat image(960, 1280, CV_8U, cv::Scalar(60));
   cv::rectangle(image, cv::Rect(200, 400, 880, 120), cv::Scalar(180), cv::FILLED);
@@ -131,7 +131,7 @@ TEST(LineExtractor, AGapIsMeasuredByTheSizeOfTheImage) {
   EXPECT_GT(lines.segments.front().Length(), 800.0F);
 }
 
-// The longest, at first too far from the second, reaches it by way of the third.
+// The longest segment, first too far from the second longest, reaches it by merging the third.
 TEST(MergeCollinear, WhatHasGrownReachesWhatWasTooFarBefore) {
   const auto on_x = [](float from, float to) { return LineSegment{{from, 5.0F}, {to, 5.0F}}; };
   const std::vector<LineSegment> merged =
@@ -165,13 +165,13 @@ TEST_P(LineExtractorTest, FindsTheSidesOfARectangle) {
       const LineSegment side = shape.Side(i);
       const auto found = std::find_if(
           features.segments.begin(), features.segments.end(), [&](const LineSegment& segment) {
-            // A tenth of a pixel: the refined position of a clean step edge.
+            // A tenth of a pixel is the accuracy of the refined position of a clean step edge.
             return DistanceToLine(segment.s, side) < 0.1F && DistanceToLine(segment.e, side) < 0.1F;
           });
       ASSERT_NE(found, features.segments.end()) << degrees << ", side " << i;
       EXPECT_GT(found->Length(), 0.88F * side.Length());
       EXPECT_LT(found->Length(), 1.05F * side.Length());
-      // The shape is bright: to the left of the way against the clock.
+      // The shape is bright and lies to the left of a counter-clockwise path.
       EXPECT_LT((found->e - found->s).dot(side.e - side.s), 0.0F);
     }
   }
@@ -238,7 +238,7 @@ TEST_P(LineExtractorTest, SurvivesNoiseOfAnySize) {
   }
 }
 
-// One edge winds through the whole image: longer than the buffers of OpenCV's EDLines.
+// One edge winds through the whole image and is longer than the buffers of OpenCV's EDLines.
 TEST_P(LineExtractorTest, SurvivesAnEndlessEdge) {
   cv::Mat image(240, 320, CV_8U, cv::Scalar(40));
   bool to_the_right = true;
@@ -262,14 +262,14 @@ TEST_P(LineExtractorTest, KeepsTheLongestAndDropsTheShort) {
     EXPECT_EQ(few.segments[i].e, all.segments[i].e);
   }
   for (const LineSegment& segment : all.segments) {
-    EXPECT_GT(segment.Length(), 0.04F * 320.0F - 0.1F);  // refinement turns by little
+    EXPECT_GT(segment.Length(), 0.04F * 320.0F - 0.1F);  // refinement hardly rotates
   }
 }
 
 TEST_P(LineExtractorTest, JoinsTheFragmentsOfAnEdge) {
   cv::Mat image(240, 320, CV_8U, cv::Scalar(60));
   image(cv::Rect(40, 120, 240, 120)).setTo(160);
-  image(cv::Rect(158, 100, 5, 40)).setTo(110);  // a pole of five pixels before the edge
+  image(cv::Rect(158, 100, 5, 40)).setTo(110);  // a pole of five pixels in front of the edge
   AddNoise(&image, 1.0, 3);
   const auto longest = [&](bool merge) {
     return Extract(image, {.merge = merge}).segments.at(0).Length();
@@ -300,8 +300,8 @@ TEST_P(LineExtractorTest, DoesNotDependOnTheNumberOfThreads) {
   }
 }
 
-// Half a turn swaps what comes first in a scan; the bright side says which end is which, and the
-// descriptor looks along the line.
+// Half a turn reverses the scan order; the bright side defines the direction, and the descriptor is
+// relative to the line.
 TEST_P(LineExtractorTest, DescriptorsTurnWithTheImage) {
   const cv::Mat image = ManyLines(7);
   for (const double degrees : {15.0, 180.0}) {

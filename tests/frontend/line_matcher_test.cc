@@ -24,7 +24,7 @@ LineSegment Swapped(const LineSegment& segment) {
   return {segment.e, segment.s};
 }
 
-// A descriptor with the lowest `bits` bits set.
+// Sets a descriptor with the lowest `bits` bits set.
 void SetDescriptor(cv::Mat* descriptors, int row, int bits) {
   descriptors->row(row).setTo(0);
   for (int i = 0; i < bits; ++i) {
@@ -117,7 +117,7 @@ TEST(LineMatcher, PredictedMidpointsMoveTheGate) {
 
 class LargeMotion : public ::testing::Test {
  protected:
-  // One query and two candidates, `first` and `second` bits away.
+  // Matches one query against two candidates, `first` and `second` bits away.
   std::vector<FeatureMatch> Match(int first, int second, const LineMatcherOptions& options = {}) {
     LineFeatures query, train;
     query.segments = {Segment(100, 100, 60, 0.5)};
@@ -163,8 +163,8 @@ TEST_F(LargeMotion, NeedsDescriptors) {
 
 class MadRejection : public ::testing::Test {
  protected:
-  // 21 segments of all directions that turn by `rotation` and a little noise; the last three turn
-  // by `outlier` more.
+  // Makes 21 segments of all directions that rotate by `rotation` and a little noise; the last
+  // three rotate by `outlier` more.
   void Turn(double rotation, double outlier) {
     std::mt19937 rng(11);
     std::normal_distribution<double> noise(0.0, 1.0 * kDegree);
@@ -211,8 +211,8 @@ TEST_F(MadRejection, LeavesFewerThanThreeMatchesAlone) {
   EXPECT_EQ(RejectByMad(two, query_, train_), two);
 }
 
-// The rule as printed looks at where the start went: it drops the segment that moved the other way
-// and cannot see one that turned about its start.
+// The rule as printed uses the displacement of the start: it drops the segment that moved the other
+// way and cannot detect one that rotated about its start.
 TEST_F(MadRejection, PaperRuleMeasuresTheDirectionOfDisplacement) {
   for (int i = 0; i < 20; ++i) {
     const LineSegment a = Segment(20.0 * i, 100, 50, 0.5);
@@ -231,7 +231,7 @@ TEST_F(MadRejection, PaperRuleMeasuresTheDirectionOfDisplacement) {
   EXPECT_EQ(median, without_3);
 }
 
-// One gross outlier among few inflates the standard deviation so far that it hides itself: with n
+// One gross outlier among few inflates the standard deviation so much that it hides itself: with n
 // matches no deviation exceeds sqrt(n - 1) of it.
 TEST_F(MadRejection, PaperRuleIsMaskedByItsOutliers) {
   for (int i = 0; i < 8; ++i) {

@@ -25,7 +25,7 @@ using testing::SyntheticView;
 
 const MeasurementModel kModel{IdealSensor(), {}};
 
-// To the right and down at once, so that few lines lie along the way.
+// The camera moves right and down at the same time, so that few lines lie along its path.
 Pose At(double x) {
   return Pose::FromTangent({x, 0.5 * x * x, 0.1 * x}, {0.0, -0.15 * x, 0.0});
 }
@@ -34,8 +34,8 @@ Eigen::Vector2d Pixel(const Pose& T_WC, const Eigen::Vector3d& p_W) {
   return kModel.camera().Project(T_WC.Inverse() * p_W);
 }
 
-// What is seen of a segment between the shares `from` and `to` of its length; noise: [px] across,
-// of either end.
+// Returns the view of a segment between the fractions `from` and `to` of its length; noise: [px]
+// across the segment, at either end.
 LineView View(const Segment3& segment_W, const Pose& T_WC,
               const Eigen::Vector2d& noise = Eigen::Vector2d::Zero(), double from = 0.0,
               double to = 1.0) {
@@ -45,7 +45,7 @@ LineView View(const Segment3& segment_W, const Pose& T_WC,
   return {T_WC, {(s + noise[0] * across).cast<float>(), (e + noise[1] * across).cast<float>()}};
 }
 
-// The line as the view's segment would have it: LineInView's offsets and inverse depths.
+// Returns the true line in the parameters of the view: LineInView's offsets and inverse depths.
 Eigen::Vector4d Truth(const Segment3& segment_W, const LineView& view) {
   const PluckerLine line =
       view.T_WC.Inverse() * PluckerLine::FromPoints(segment_W.p(), segment_W.q());
@@ -71,14 +71,14 @@ Eigen::Vector4d Numbers(const LineInView& line) {
 
 Segment3 RandomSegment(std::mt19937& rng) {
   const Eigen::Vector3d p = testing::UniformInBox(rng, {-0.6, -0.5, 2.0}, {0.6, 0.5, 3.5});
-  // Upright more than level: the camera moves to the right.
+  // The lines are more vertical than horizontal, because the camera moves to the right.
   const Eigen::Vector3d d = testing::UniformInBox(rng, {-0.3, 0.4, -0.3}, {0.3, 0.9, 0.3});
   return {p, p + d};
 }
 
 TEST(TriangulateLine, IsExactWithoutNoise) {
   const Segment3 segment({0.3, -0.2, 3.0}, {0.1, 0.4, 2.5});
-  // The third sees a part of it only.
+  // The third view sees only a part of it.
   const std::vector<LineView> views{View(segment, At(0.0)), View(segment, At(0.2)),
                                     View(segment, At(0.5), {0, 0}, 0.3, 1.2)};
   const auto line = TriangulateLine(kModel, views);
@@ -109,7 +109,7 @@ TEST(TriangulateLine, IsWithinItsCovariance) {
     for (const double r2 : line->squared_errors) residual += r2;
   }
   // Sums of chi-square of 4 and of 2 x 4 - 4 degrees of freedom, within three standard deviations;
-  // the bend of the projection adds a few percent.
+  // the curvature of the projection adds a few percent.
   EXPECT_NEAR(line_error / kSeeds, 4.0, 3.0 * std::sqrt(8.0 / kSeeds) + 0.1);
   EXPECT_NEAR(residual / kSeeds, 4.0, 3.0 * std::sqrt(8.0 / kSeeds) + 0.1);
 }
@@ -140,9 +140,9 @@ TEST(TriangulateLine, WeighsAViewByItsOwnNoise) {
   for (LineView& view : views) view.sigma *= 0.5;
   const auto half = TriangulateLine(kModel, views);
   ASSERT_TRUE(half);
-  // Of one optimum, but for the pixels' being floats.
+  // Both have one optimum, up to the float precision of the pixels.
   EXPECT_TRUE(half->seen.covariance.isApprox(0.25 * one->seen.covariance, 1e-4));
-  // The one that is far off is the one that is noisy: the line stays with the others.
+  // The view that is far off is also the noisy one: the line stays with the others.
   views.push_back(View(segment, At(0.7), {6.0, 6.0}));
   views.back().sigma = 1e3;
   const auto with_noisy = TriangulateLine(kModel, views);
@@ -151,11 +151,11 @@ TEST(TriangulateLine, WeighsAViewByItsOwnNoise) {
   EXPECT_LT((with_noisy->segment_W.q() - one->segment_W.q()).norm(), 1e-4);
 }
 
-// The planes through the cameras and what they see of the line are all but one: noise alone tells a
+// The planes through the cameras and the observed segments almost coincide: only noise determines a
 // distance.
 TEST(TriangulateLine, TellsNoDistanceWhereTheCameraMovesInThePlaneOfTheLine) {
   const Segment3 segment({-0.4, 0.2, 2.5}, {0.5, 0.2, 2.2});
-  // Along the line and towards it, turning.
+  // The camera moves along the line and towards it, while it rotates.
   const auto in_plane = [&](double x) {
     const Eigen::Vector3d way = x * (segment.q() - segment.p()) + 0.1 * x * segment.p();
     return Pose::FromTangent(way, {0.05 * x, 0.1 * x, 0.2 * x});
@@ -184,7 +184,7 @@ TEST(TriangulateLine, NeedsALineBeforeTheCamerasAndTwoViews) {
   const Segment3 segment({0.1, -0.3, 2.0}, {0.1, 0.3, 2.0});
   LineView left = View(segment, At(0.0)), right = View(segment, At(0.5));
   EXPECT_TRUE(TriangulateLine(kModel, std::vector{left, right}));
-  // Towards each other from the left and the right, so that the planes meet behind.
+  // The cameras converge, from the left and the right, so that the planes meet behind them.
   std::swap(left.T_WC, right.T_WC);
   EXPECT_FALSE(TriangulateLine(kModel, std::vector{left, right}));
   EXPECT_THROW(TriangulateLine(kModel, std::vector{left}), InvalidArgument);
@@ -221,7 +221,7 @@ TEST_F(EpipolarLineMatcherTest, WhatNoDistanceExplainsOrIsNotWantedIsNoPair) {
   EXPECT_TRUE(Match(a, At(0.0), b, At(0.3)).empty()) << "the brighter side is the other one";
   b = Look(scene, IdealSensor(), At(0.3));
   auto moved = std::make_shared<FrameFeatures>(*b.features);
-  // Seen from the right everything moves to the left.
+  // Seen from further right, everything moves to the left.
   for (LineFeature& line : moved->lines) {
     line.segment.s.x() += 250.0F;
     line.segment.e.x() += 250.0F;
@@ -235,7 +235,8 @@ TEST_F(EpipolarLineMatcherTest, WhatNoDistanceExplainsOrIsNotWantedIsNoPair) {
   EXPECT_TRUE(Match(a, At(0.0), a, At(0.0)).empty()) << "no base, no distance";
 }
 
-// With hardly a base noise alone puts half of the segments beyond infinity: as far as it reaches.
+// With hardly any baseline, noise alone puts half of the segments beyond infinity, by up to its own
+// amount.
 TEST_F(EpipolarLineMatcherTest, ASegmentMayMissTheLineByItsOwnNoise) {
   constexpr double kBase = 0.002;
   const auto look = [&](double x, unsigned seed, float noise) {
@@ -280,7 +281,7 @@ class DepthlessLinesTest : public ::testing::Test {
   const Scene scene = MakeScene(9, 0, 80);
   Map map;
   std::vector<KeyFrameId> ids;
-  std::vector<std::vector<int>> seen;  // by keyframe and segment, the scene's line
+  std::vector<std::vector<int>> seen;  // the scene's line, by keyframe and segment
 };
 
 TEST_F(DepthlessLinesTest, AreThoseThatSeveralKeyFramesSeeWithParallax) {
@@ -293,7 +294,7 @@ TEST_F(DepthlessLinesTest, AreThoseThatSeveralKeyFramesSeeWithParallax) {
     const auto index = static_cast<std::size_t>(line.observations.front().index);
     const Segment3& truth = scene.lines[static_cast<std::size_t>(seen[3][index])].segment_W;
     const PluckerLine line_W = PluckerLine::FromPoints(truth.p(), truth.q());
-    // Four times the most that is allowed, in depth.
+    // The bound is four times the largest depth error that is allowed.
     EXPECT_LT(line_W.Distance(line.segment_W.p()), 4.0 * 0.03 * truth.p().norm());
     EXPECT_LT(line_W.Distance(line.segment_W.q()), 4.0 * 0.03 * truth.q().norm());
   }
@@ -326,8 +327,8 @@ TEST_F(DepthlessLinesTest, SegmentsThatAreLandmarksOrHaveDepthAreNone) {
 TEST_F(DepthlessLinesTest, AViewThatDeniesTheLineIsLeftOut) {
   AddSideBySide(5);
   EXPECT_GT(Find({.min_views = 5}).size(), 5U);
-  // The pose of one is wrong: rolled, for a line that runs as the camera is shifted notices
-  // nothing.
+  // The pose of one keyframe is wrong: it is rolled, because a line along the shift would not
+  // reveal a shifted one.
   map.keyframe(ids[1])->T_WC = At(0.2) * Pose::FromTangent({0, 0, 0}, {0, 0, 0.3});
   EXPECT_TRUE(Find({.min_views = 5}).empty());
   const auto found = Find({.min_views = 4});

@@ -1,4 +1,4 @@
-// LocalMapper where corners and segments have no depth.
+// LocalMapper with corners and segments that have no depth.
 #include <cstddef>
 #include <memory>
 #include <vector>
@@ -45,7 +45,7 @@ TEST_F(LocalMapperDepthlessTest, CornersWithoutDepthBecomeLandmarksWhenThreeKeyF
     const MapPoint* point = map.point(point_ids[i]);
     if (point == nullptr) continue;
     ++checked;
-    // Exact features: what the adjustment leaves.
+    // The features are exact: this error remains after the adjustment.
     EXPECT_LT((point->p_W - scene.points[i].p_W).norm(), 1e-3) << i;
   }
   EXPECT_GT(checked, 30);
@@ -70,7 +70,7 @@ TEST_F(LocalMapperDepthlessTest, SegmentsWithoutDepthBecomeLandmarksWhenThreeKey
     EXPECT_TRUE(line->has_descriptor);
     const Segment3& truth = scene.lines[i].segment_W;
     const PluckerLine line_W = PluckerLine::FromPoints(truth.p(), truth.q());
-    // Exact features: what the adjustment leaves.
+    // The features are exact: this error remains after the adjustment.
     EXPECT_LT(line_W.Distance(line->segment_W.p()), 2e-3) << i;
     EXPECT_LT(line_W.Distance(line->segment_W.q()), 2e-3) << i;
   }

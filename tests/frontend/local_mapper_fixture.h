@@ -14,17 +14,17 @@
 
 namespace highwall::testing {
 
-// Along x, turning to the right.
+// Returns a pose along x, rotating to the right.
 inline Pose At(double x) {
   return Pose::FromTangent({x, 0, 0}, {0, 0.1 * x, 0});
 }
 
-// A mapper and what it is told of a scene, keyframe by keyframe.
+// A mapper that is given the views of a scene, keyframe by keyframe.
 class LocalMapperTest : public ::testing::Test {
  protected:
   LocalMapperTest() : point_ids(scene.points.size(), kNoId), line_ids(scene.lines.size(), kNoId) {}
 
-  // What a perfect tracker would say of a view: every feature whose landmark the map knows.
+  // Returns the result of perfect tracking: every feature whose landmark is in the map.
   TrackedFrame Tracked(const SyntheticView& view, const Pose& T_WC) const {
     TrackedFrame tracked;
     tracked.frame = MakeFrame(view, static_cast<std::int64_t>(map.num_keyframes()));
@@ -72,9 +72,9 @@ class LocalMapperTest : public ::testing::Test {
   const MeasurementModel model{IdealSensor(), {}};
   const Scene scene = MakeScene(23, 300, 40);
   Map map;
-  std::vector<PointId> point_ids;  // by place in the scene
+  std::vector<PointId> point_ids;  // by index in the scene
   std::vector<LineId> line_ids;
-  bool finish_ = true;  // the adjustment of a keyframe before anything else
+  bool finish_ = true;  // finish the adjustment of a keyframe first
 };
 
 }  // namespace highwall::testing

@@ -178,7 +178,7 @@ TEST_F(LocalMapperTest, TwoLandmarksOfOnePlaceBecomeOne) {
   LocalMapper mapper(model, {});
   const SyntheticView first = Look(scene, IdealSensor(), At(0.0));
   Insert(mapper, first, At(0.0));
-  // The second keyframe was not tracked to some of them and looked for none.
+  // The second keyframe was not tracked to some of them and did not search for any.
   LocalMapper blind(model, {.fused_keyframes = 0});
   const SyntheticView second = Look(scene, IdealSensor(), At(0.1));
   TrackedFrame tracked = Tracked(second, At(0.1));
@@ -189,14 +189,14 @@ TEST_F(LocalMapperTest, TwoLandmarksOfOnePlaceBecomeOne) {
   }
   Insert(blind, second, tracked);
   const std::size_t with_twins = map.num_points();
-  // The third is tracked to the younger ones and meets the older ones with its neighbours.
+  // The third is tracked to the younger ones; the search in its neighbours finds the older ones.
   const auto report = InsertAt(mapper, 0.05);
   EXPECT_GE(twins.size(), 5u);
   EXPECT_EQ(report.fused_points, static_cast<int>(twins.size()));
   EXPECT_EQ(map.num_points(),
             with_twins - twins.size() + static_cast<std::size_t>(report.new_points));
   for (const auto& [older, none] : twins) {
-    // Whichever is left has all three keyframes in order.
+    // The remaining landmark has all three keyframes, in order.
     if (map.point(older) == nullptr) continue;
     EXPECT_EQ(map.point(older)->observations.size(), 3u);
   }
@@ -216,8 +216,8 @@ TEST_F(LocalMapperTest, AdjustmentCorrectsThePoseOfTheKeyFrame) {
   error << 0.003, -0.002, 0.002, 0.001, 0.001, -0.001;
   const auto report = Insert(mapper, view, Tracked(view, At(0.3).Plus(error)));
   ASSERT_TRUE(report.bundle.usable);
-  // New landmarks were made from the wrong pose, old ones hold: the few iterations of a local
-  // adjustment remove all but a thousandth of the 4 mm.
+  // New landmarks were created from the wrong pose, but the old ones constrain it: the few
+  // iterations of a local adjustment remove all but a thousandth of the 4 mm.
   EXPECT_LT(PositionError(map.keyframe(2_kf)->T_WC, At(0.3)), 1e-5);
   EXPECT_LT(AngleError(map.keyframe(2_kf)->T_WC, At(0.3)), 1e-5);
 }
@@ -243,7 +243,7 @@ TEST_F(LocalMapperTest, LandmarksRarelyFoundInViewAreDropped) {
 
 TEST_F(LocalMapperTest, LandmarksSeenByTooFewKeyFramesFailTheirProbation) {
   LocalMapper mapper(model, {.probation_keyframes = 2, .min_observations = 2});
-  // Two places side by side with little in common: what the first alone sees is not seen again.
+  // Two neighbouring places have little in common: what only the first one sees is not seen again.
   InsertAt(mapper, -0.6);
   EXPECT_EQ(InsertAt(mapper, 0.3).culled_points, 0) << "one keyframe later";
   std::vector<PointId> alone, shared;
@@ -255,7 +255,7 @@ TEST_F(LocalMapperTest, LandmarksSeenByTooFewKeyFramesFailTheirProbation) {
   const auto report = InsertAt(mapper, 0.35);
   EXPECT_GE(report.culled_points, static_cast<int>(alone.size()) / 2);
   for (const PointId id : shared) EXPECT_NE(map.point(id), nullptr);
-  // What the third keyframe sees has passed by being seen; all else is gone.
+  // The points that the third keyframe sees have passed probation; all others are removed.
   for (const PointId id : alone) {
     const MapPoint* point = map.point(id);
     EXPECT_TRUE(point == nullptr || point->observations.size() >= 2u);
@@ -291,7 +291,8 @@ TEST_F(LocalMapperTest, AKeyFrameGoesOnceSoManyOthersSeeItsPoints) {
     std::fill(point_ids.begin(), point_ids.end(), kNoId);
     std::fill(line_ids.begin(), line_ids.end(), kNoId);
     LocalMapper mapper(model, {.redundant_observers = observers});
-    // Neither the first nor the last goes: one between them has all but itself for others.
+    // Neither the first nor the last keyframe is culled: for one between them, all others are
+    // observers.
     for (int i = 0; i <= observers + 1; ++i) {
       const auto report = InsertAt(mapper, 0.002 * i);
       EXPECT_EQ(report.culled_keyframes.empty(), i <= observers) << observers << ' ' << i;
@@ -301,7 +302,7 @@ TEST_F(LocalMapperTest, AKeyFrameGoesOnceSoManyOthersSeeItsPoints) {
 
 TEST_F(LocalMapperTest, TheSamePlaceOverAndOverMakesNoLargerMap) {
   LocalMapper mapper(model, {});
-  // The most there ever is, in the first laps and after.
+  // The maximum numbers, in the first laps and after.
   std::size_t keyframes[2] = {}, points[2] = {}, lines[2] = {};
   for (int lap = 0; lap < 15; ++lap) {
     const int late = lap < 3 ? 0 : 1;
@@ -313,7 +314,7 @@ TEST_F(LocalMapperTest, TheSamePlaceOverAndOverMakesNoLargerMap) {
     }
   }
   EXPECT_GE(keyframes[0], 4u);
-  // One keyframe more may come before another goes.
+  // One additional keyframe may come before another is removed.
   EXPECT_LE(keyframes[1], keyframes[0] + 1);
   EXPECT_LE(points[1], points[0] + points[0] / 20);
   EXPECT_LE(lines[1], lines[0] + 1);
@@ -336,7 +337,8 @@ TEST_F(LocalMapperTest, LinesAloneMakeAKeyFrameRedundant) {
 }
 
 TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForAWhile) {
-  // Of a camera that stands still, a keyframe every 0.6 s: without one of them there are 1.2 s.
+  // The camera is stationary, with a keyframe every 0.6 s: without one of them there is a gap of
+  // 1.2 s.
   LocalMapper mapper(model, {.max_motion_gap = 1.0, .motion_span = 3.0});
   const auto stamp = [](int k) { return Stamp{k} * 600'000'000; };
   for (int k = 0; k < 20; ++k) {
@@ -352,7 +354,7 @@ TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForA
       motion.from_previous = std::make_shared<const ImuPreintegration>(readings, ImuBias::Zero());
     }
     const auto report = Insert(mapper, view, tracked, motion);
-    // Seen from the keyframe before, which the mapper culls around.
+    // The time is relative to the previous keyframe, around which the mapper culls.
     for (const KeyFrameId id : report.culled_keyframes)
       EXPECT_LT(stamp(id.value()) + 3'000'000'000, stamp(k));
     for (int i = std::max(1, k - 4); i <= k; ++i) {
@@ -361,14 +363,14 @@ TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForA
       EXPECT_EQ(map.keyframe(id)->motion->previous == before, map.keyframe(before) != nullptr);
     }
   }
-  // Nothing is tied over the place of one that has gone.
+  // No IMU factor spans the place of a removed keyframe.
   for (const KeyFrameId id : map.keyframe_ids()) {
     const KeyFrameMotion& motion = *map.keyframe(id)->motion;
     EXPECT_EQ(motion.previous == kNoId, motion.from_previous == nullptr) << id;
     if (motion.from_previous == nullptr) continue;
     EXPECT_LE(motion.stamp - motion.from_previous->start(), 1'000'000'000) << id;
   }
-  // The first, and those of 3 s before the last but one.
+  // The first keyframe remains, and those of the 3 s before the last but one.
   EXPECT_LE(map.num_keyframes(), 8u);
 }
 
@@ -386,7 +388,7 @@ TEST_F(LocalMapperTest, ALandmarkThatTheNewKeyFrameSeesSurvivesTheOneThatGoes) {
 }
 
 TEST_F(LocalMapperTest, LandmarksThatTooFewSeeGoWithARedundantKeyFrame) {
-  // Probation is over before anything is redundant.
+  // Probation is over before any keyframe is redundant.
   LocalMapper mapper(model, {.probation_keyframes = 1, .min_observations = 2});
   int culled = 0;
   for (int i = 0; i < 8; ++i) {

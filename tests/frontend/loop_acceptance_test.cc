@@ -1,4 +1,4 @@
-// Which loops are taken, by the way the system takes them, as the map grows.
+// Acceptance of loops as the map grows, by the criterion of the system.
 #include <cmath>
 #include <vector>
 
@@ -15,7 +15,7 @@ using testing::RingMap;
 
 class LoopAcceptance : public ::testing::Test {
  protected:
-  // In a copy of the map.
+  // Works on a copy of the map.
   bool Accepts(const RingMap& ring, const LoopEdge& loop,
                const std::vector<LoopEdge>& before = {}) const {
     Map map = ring.map.Clone();
@@ -55,7 +55,7 @@ TEST_F(LoopAcceptance, EdgesSideBySideKnowNoMoreOfALongWayThanOdometry) {
   const KeyFrameGraph graph = MakeKeyFrameGraph(ring.map, {}, sides);
   ASSERT_GT(graph.graph.edges.size(), 3u * 199u);
   const double alone = LoopChi2(MakeKeyFrameGraph(ring.map, {}, chain), off, chain);
-  // The share of the motion adds up along a bent way a little less than straight across.
+  // The bias of the motion adds up along a bent path a little less than along a straight one.
   EXPECT_NEAR(LoopChi2(graph, off, sides), alone, 0.1 * alone);
 }
 
@@ -76,7 +76,7 @@ TEST_F(LoopAcceptance, WhatIsOffAlikeInEveryStepOfALongWayIsAllowedFor) {
 
 TEST_F(LoopAcceptance, ManyLoopsThatTheMapHasClosedDoNotSpeakAgainstANewOne) {
   RingMap ring(300);
-  ring.Drift({.noise_rotation = 0.004, .seed = 3}, false);  // as much as is thought possible
+  ring.Drift({.noise_rotation = 0.004, .seed = 3}, false);  // the largest drift assumed possible
   const LoopEdge loop = ring.Loop(KeyFrameId(0), ring.last());
   ASSERT_GT(Chi2(ring, loop), 1.0) << "a drift that is to be seen";
   std::vector<LoopEdge> closed;
@@ -105,7 +105,7 @@ TEST_F(LoopAcceptance, ALoopBeyondTheDriftIsRefusedWithGravityAsWithout) {
 }
 
 TEST_F(LoopAcceptance, TheDriftOfTheWayAloneSaysHowFarALoopMayBeOff) {
-  // From where the map has the keyframe, along one axis, to a tenth before and beyond the bound.
+  // The error grows along one axis, from the map's pose to a tenth below and above the bound.
   constexpr double kMaxChi2 = KeyFrameGraphOptions().max_loop_chi2;
   RingMap ring(500);
   for (const bool levelled : {false, true}) {

@@ -57,7 +57,7 @@ TEST(LoopCloser, TakesTheDriftOutOfTheLoop) {
   EXPECT_GT(reports[0].fused_lines, 3);
   ASSERT_TRUE(reports[1].bundle);
   EXPECT_TRUE(reports[1].bundle->usable);
-  // The keyframes after the loop drift on.
+  // The keyframes after the loop continue to drift.
   EXPECT_LT(scene.Rmse(), 0.25 * DriftedRmse());
 }
 
@@ -106,7 +106,7 @@ TEST(LoopCloser, WhatTheAdjustmentFindsWrongIsForgottenByTheMap) {
   for (int i = 0; i < scene.size(); ++i) {
     const KeyFrameId id = scene.Add(i);
     if (i == kWrongIndex + 3) {
-      // A point that others see as well is taken for what is far off in the image.
+      // A point that others also see is assigned to a feature far away in the image.
       KeyFrame& keyframe = *scene.map.keyframe(kWrong);
       const auto uv = [&](std::size_t f) { return keyframe.frame.features->points[f].uv; };
       for (std::size_t f = 0; f < keyframe.points.size() && point == kNoId; ++f) {
@@ -146,7 +146,7 @@ TEST(LoopCloser, InTheBackgroundTheMapGoesOnAndNewerKeyFramesFollow) {
   LoopCloser closer(scene.model, options);
   int i = 0;
   while (!closer.InsertKeyFrame(scene.map, scene.Add(i))) ASSERT_LT(++i, scene.size());
-  // Nothing is applied before Update, whatever the other thread has come to.
+  // Nothing is applied before Update, whatever the other thread has computed.
   const double drifted = scene.Rmse();
   for (++i; i < scene.size(); ++i) {
     EXPECT_FALSE(closer.InsertKeyFrame(scene.map, scene.Add(i))) << "one at a time";
@@ -265,7 +265,7 @@ TEST(LoopCloser, WithoutAdjustmentThePoseGraphAloneIsApplied) {
   EXPECT_LT(scene.Rmse(), 0.6 * DriftedRmse());
 }
 
-// The loop that the detector finds, in a map with nothing corrected yet.
+// Returns the loop that the detector finds, in a map without any correction.
 Loop FindLoop(LoopScene& scene) {
   LoopDetector detector(scene.model);
   for (int i = 0; i < scene.size(); ++i) {
@@ -296,7 +296,7 @@ TEST(LoopCorrection, HoldsRollAndPitchWhereGravityIsKnown) {
   ASSERT_TRUE(CorrectLoop({}, loop, scene.model, {}, {}, &scene.map).accepted);
   EXPECT_LT(scene.Rmse(), 0.75 * before);
   for (const KeyFrameId id : scene.map.keyframe_ids()) {
-    // The edge that holds gravity has a sigma of 1e-3 rad.
+    // The edge that constrains gravity has a sigma of 1e-3 rad.
     EXPECT_LT((scene.map.keyframe(id)->T_WC.R().row(2).transpose() - up[id.index()]).norm(), 1e-3);
   }
 }

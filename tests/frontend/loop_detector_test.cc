@@ -15,7 +15,7 @@ using testing::operator""_kf;
 
 class LoopDetectorTest : public ::testing::Test {
  protected:
-  // Feeds the keyframes as they are added; the first loop found.
+  // Feeds the keyframes in the order of insertion; returns the first loop found.
   std::optional<Loop> Feed(LoopScene& scene, const LoopDetectorOptions& options = {},
                            const KeyFrameGraphOptions& graph = {}) {
     LoopDetector detector(scene.model, options, graph);
@@ -33,8 +33,8 @@ TEST_F(LoopDetectorTest, FindsTheReturnToTheStartInSpiteOfDrift) {
   ASSERT_TRUE(loop);
   const Pose truth =
       scene.truth[loop->edge.match.index()].Inverse() * scene.truth[loop->edge.keyframe.index()];
-  // 0.7 px over some 100 points at 3 m: about a millimetre; the landmarks of the place have drifted
-  // against each other by centimetres.
+  // 0.7 px over some 100 points at 3 m is about a millimetre; the landmarks of the place have
+  // drifted relative to each other by centimetres.
   EXPECT_LT(PositionError(loop->edge.Z, truth), 0.03);
   EXPECT_LT(AngleError(loop->edge.Z, truth), 0.01);
   EXPECT_LT(loop->edge.match, 6_kf);
@@ -67,7 +67,8 @@ TEST_F(LoopDetectorTest, OneKeyFrameIsNoReasonToBelieve) {
 }
 
 TEST_F(LoopDetectorTest, ATwinOfThePlaceBeyondAnyDriftIsRefused) {
-  // A stair of ten centimetres a keyframe: the way back ends five metres below where it began.
+  // The drift is ten centimetres of height a keyframe: the path returns five metres below its
+  // start.
   LoopScene scene({.drift = {0.0, 0.1, 0.0}});
   EXPECT_FALSE(Feed(scene));
   LoopScene again({.drift = {0.0, 0.1, 0.0}});
@@ -75,7 +76,7 @@ TEST_F(LoopDetectorTest, ATwinOfThePlaceBeyondAnyDriftIsRefused) {
 }
 
 TEST_F(LoopDetectorTest, TheSameLooksInOtherPlacesAreNoLoop) {
-  // From keyframe 38 on, before the start comes into view.
+  // The descriptors change from keyframe 38 on, before the start comes into view.
   LoopScene scene({.shuffled_return = true});
   EXPECT_FALSE(Feed(scene));
 }

@@ -8,7 +8,7 @@ namespace {
 constexpr FeatureNeeds kNeeds{
     .min_features = 100, .min_corner = 7.0, .usual_sharpness = 10.0, .searched = 60.0};
 
-// A well-lit sharp image with many features that have depth.
+// Returns a well-lit sharp image with many features that have depth.
 FrameFeatures Good() {
   FrameFeatures features;
   features.brightness = 110.0;

@@ -59,7 +59,7 @@ TEST_F(MapCorrectionTest, WhatCameSinceTheCopyFollowsIt) {
   copy.point(moved)->p_W += Eigen::Vector3d(0.01, 0.02, 0.03);
   correction.after = GeometryOf(copy);
 
-  // Meanwhile a keyframe came with landmarks of its own, a point was lost.
+  // In the meantime a keyframe with its own landmarks was added, and a point was removed.
   scene_map.Add(Look(scene, IdealSensor(), kPoses[2]), kPoses[2]);
   const PointId fresh = map().AddPoint({1, 2, 3}, 2).id;
   int free = 0;
@@ -85,7 +85,7 @@ TEST_F(MapCorrectionTest, WhatCameSinceTheCopyFollowsIt) {
 }
 
 TEST_F(MapCorrectionTest, AnErrorThatWasMendedMeanwhileIsNotMendedTwice) {
-  // The copy and a local adjustment of the map bring keyframe 1 and its landmarks to one place.
+  // The copy and a local adjustment of the map move keyframe 1 and its landmarks to one place.
   Map copy = map().Clone();
   const auto adjust = [](Map* m) {
     MoveKeyFrames({0_kf, 1_kf}, {kPoses[0], kMove * kPoses[1]}, m);
@@ -114,7 +114,7 @@ TEST_F(MapCorrectionTest, WhatWasFoundWrongInTheCopyIsForgotten) {
   const LineId line = keyframe.lines[0];
   MapCorrection correction;
   correction.after = GeometryOf(map());
-  // The last two are no more.
+  // The last two no longer exist.
   correction.outliers = {{{1_kf, point}, {77_kf, other}, {1_kf, PointId(12345)}}, {{1_kf, line}}};
   Apply(correction, &map());
   EXPECT_EQ(keyframe.points[0], kNoId);
@@ -144,7 +144,7 @@ TEST_F(MapCorrectionTest, ACloneOfSomeKeyframesHasThemAndWhatTheySeeUnderTheSame
     ASSERT_EQ(clone.point(id)->observations.size(), 1u);
     EXPECT_EQ(clone.point(id)->observations[0].keyframe, 1_kf);
   }
-  // What is added has an id of its own.
+  // An added landmark has an id of its own.
   EXPECT_GT(clone.AddPoint({0, 0, 1}, 0).id, seen.back());
 }
 

@@ -1,4 +1,4 @@
-// Ids of one kind do not compile as those of another, nor numbers as ids.
+// Ids of one kind do not compile as ids of another, nor numbers as ids.
 
 #include <highwall/frontend/map/map_ids.h>
 
@@ -77,7 +77,7 @@ concept CanObserveLine = requires(Map map, K keyframe, L line) {
   map.ObserveLine(keyframe, 0, line);
 };
 
-// Which of the four, keyframe, point, line and submap, a T may stand for.
+// Indicates which of the four, keyframe, point, line and submap, a T can represent.
 template <class T>
 constexpr std::array<bool, 4> kNames = {NamesAKeyFrame<T>, NamesAPoint<T>, NamesALine<T>,
                                         NamesASubmap<T>};

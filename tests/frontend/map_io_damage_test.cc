@@ -43,7 +43,7 @@ TEST_F(MapIoDamageTest, RefusesDepthThatNoImageHas) {
   ExpectError("found less than nothing");
 }
 
-// Of more submaps than the list has.
+// A keyframe with a submap that is not in the list.
 
 TEST_F(MapIoDamageTest, RefusesAKeyFrameOfNoSubmap) {
   Save();

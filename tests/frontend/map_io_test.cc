@@ -92,7 +92,7 @@ TEST_F(MapIoTest, SubmapsStayApartOrJoinedAsTheyWere) {
 
 TEST_F(MapIoTest, ReadsAMapFromBeforeSubmaps) {
   Save();
-  // Without what came later: of one keyframe the places are found.
+  // Removes the fields of later versions, whose positions are known with only one keyframe.
   Map one;
   one.AddKeyFrame(map().keyframe(0_kf)->frame, kPoses[2]);
   SaveMap(path, IdealSensor().camera, one);
@@ -141,7 +141,7 @@ TEST_F(MapIoTest, ReadsAMapFromBeforeCornersWereToldThatAreRefined) {
   one.AddKeyFrame({.features = std::make_shared<const FrameFeatures>(features)}, kPoses[2]);
   SaveMap(path, IdealSensor().camera, one);
   std::string bytes = Bytes();
-  // From the end: nothing measured, nothing seen, the noise of lines, that of points.
+  // Counted from the end: no factors, no evidence, the noise of lines, that of points.
   std::size_t end = bytes.size() - 16 - 8 * features.lines.size();
   for (std::size_t i = 0; i < features.points.size(); ++i, end -= 9) bytes.erase(end - 1, 1);
   const std::uint32_t version = 4;
@@ -159,7 +159,7 @@ TEST_F(MapIoTest, ReadsAMapFromBeforeCornersWereToldThatAreRefined) {
   }
 }
 
-// By which another map is held against it: docs/submaps.md.
+// The data by which another map is compared with this one: docs/submaps.md.
 
 TEST_F(MapIoTest, DepthAndWhatAKeyFrameFoundAreKept) {
   const DepthGrid grid(IdealSensor().camera);

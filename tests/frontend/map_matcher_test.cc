@@ -21,7 +21,7 @@ using testing::SyntheticView;
 using testing::operator""_kf;
 
 const Pose kPose = Pose::FromTangent({0.1, -0.05, 0.2}, {0.03, -0.08, 0.05});
-// 2 cm and a degree on: pixels move by some ten.
+// A motion of 2 cm and one degree: pixels move by some ten.
 const Pose kNext = Pose::FromTangent({0.12, -0.05, 0.2}, {0.03, -0.06, 0.05});
 
 class MapMatcherTest : public ::testing::Test {
@@ -34,7 +34,7 @@ class MapMatcherTest : public ::testing::Test {
     return matcher.MatchPoints(*seen.features, T_WC, scene_map.map, scene_map.map.point_ids(),
                                NoneOf(seen.points.size()), visible);
   }
-  // Every match joins a feature with the landmark of its place in the scene.
+  // Every match joins a feature with the landmark of the same index in the scene.
   void ExpectTrue(const PointMatches& matches, const SyntheticView& seen) const {
     for (const auto& [feature, id] : matches) {
       const int place = seen.points[static_cast<std::size_t>(feature)];
@@ -53,7 +53,7 @@ TEST_F(MapMatcherTest, FindsEveryPointWhereItWasSeen) {
   std::vector<PointId> visible;
   const PointMatches matches = MatchPoints(view, kPose, &visible);
   ExpectTrue(matches, view);
-  // In crowded windows a chance descriptor may come close (ratio); it does not here.
+  // In crowded windows a random descriptor may be similar (ratio test); here none is.
   EXPECT_EQ(matches.size(), view.points.size());
   EXPECT_EQ(visible, scene_map.map.point_ids());
 }
@@ -119,7 +119,7 @@ TEST_F(MapMatcherTest, PointsOutOfScaleOrSeenFromBehindAreNotVisible) {
     return std::find(visible.begin(), visible.end(), PointId(0)) != visible.end();
   };
   EXPECT_TRUE(is_visible(1.0, 3.0, 1.0));
-  // One level of slack on either side of 2 m.
+  // One level of tolerance on either side of 2 m.
   EXPECT_TRUE(is_visible(2.39, 9.0, 1.0));
   EXPECT_FALSE(is_visible(2.41, 9.0, 1.0));
   EXPECT_TRUE(is_visible(0.1, 1.67, 1.0));
@@ -131,7 +131,8 @@ TEST_F(MapMatcherTest, PointsOutOfScaleOrSeenFromBehindAreNotVisible) {
 TEST_F(MapMatcherTest, MatchesTheLandmarksOfTheLastFrame) {
   const SyntheticView next = Look(scene, IdealSensor(), kNext);
   const std::vector<PointId>& last_points = scene_map.map.keyframe(0_kf)->points;
-  // Predicted where it was: the window must cover the motion in the image, up to 20 px.
+  // The prediction is the previous pose: the window must cover the motion in the image, up to 20
+  // px.
   const MeasurementModel wide_model(IdealSensor(), {.search = {.motion_radius = 30.0}});
   const MapMatcher wide(wide_model);
   const PointMatches matches =
@@ -184,7 +185,7 @@ TEST_F(MapMatcherTest, FindsTheLinesInView) {
 
 TEST_F(MapMatcherTest, LinesPassTheOutlierRuleOfTheModel) {
   const SyntheticView next = Look(scene, IdealSensor(), kNext);
-  // A little off, so that no two lines are displaced alike.
+  // The guess is slightly off, so that no two lines have the same displacement.
   const Pose guess = kNext * Pose::FromTangent({0.01, 0.0, 0.01}, {0.0, 0.0, 0.01});
   const auto matches = [&](const MeasurementOptions& options) {
     const MeasurementModel rule(IdealSensor(), options);
@@ -227,7 +228,7 @@ TEST_F(MapMatcherTest, LinesTakenShortOrOutOfViewAreNotMatched) {
     return !visible.empty();
   };
   EXPECT_TRUE(is_visible({{0, 0, 2}, {0.5, 0, 2}}));
-  // 14 px and 16 px, against a least length of 15.
+  // 14 px and 16 px, for a minimum length of 15.
   EXPECT_FALSE(is_visible({{0, 0, 2}, {2.0 * 14.0 / 525.0, 0, 2}}));
   EXPECT_TRUE(is_visible({{0, 0, 2}, {2.0 * 16.0 / 525.0, 0, 2}}));
   EXPECT_FALSE(is_visible({{0, 0, -2}, {0.5, 0, -2}}));

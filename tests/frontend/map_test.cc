@@ -24,7 +24,7 @@ BinaryDescriptor256 FirstBits(int count) {
   return descriptor;
 }
 
-// A frame with the given descriptors and octaves of its points and a number of bare lines.
+// Returns a frame with the given descriptors and octaves of its points and a number of plain lines.
 Frame MakeFrame(const std::vector<BinaryDescriptor256>& descriptors, int lines = 0,
                 const std::vector<int>& octaves = {}) {
   auto features = std::make_shared<FrameFeatures>();
@@ -121,7 +121,7 @@ TEST(Map, RemovesALandmarkWithItsLastObservation) {
   EXPECT_NE(map.point(p), nullptr);
   EXPECT_EQ(map.keyframe(k0)->points[0], kNoId);
   EXPECT_EQ(map.keyframe(k1)->points[0], p);
-  map.ForgetPointObservation(k0, p);  // not seen there: nothing to forget
+  map.ForgetPointObservation(k0, p);  // not observed there: nothing to forget
   EXPECT_NE(map.point(p), nullptr);
   map.ForgetPointObservation(9_kf, p);  // no such keyframe, no such landmark
   map.ForgetLineObservation(9_kf, l);
@@ -222,7 +222,7 @@ TEST(Map, KeyFrameIsRemovedOnlyForAnotherLiveOne) {
   EXPECT_THROW(map.RemoveKeyFrame(1_kf, 1_kf), InvalidArgument);
   EXPECT_THROW(map.RemoveKeyFrame(1_kf, 0_kf), InvalidArgument);
   EXPECT_THROW(map.RemoveKeyFrame(1_kf, kNoId), InvalidArgument);
-  map.RemoveKeyFrame(0_kf, 2_kf);  // gone already
+  map.RemoveKeyFrame(0_kf, 2_kf);  // already removed
   EXPECT_EQ(map.num_keyframes(), 2u);
 }
 
@@ -233,7 +233,7 @@ TEST(Map, ResolvesThePoseThroughAChainOfRemovals) {
   const Pose T2 = Pose::FromTangent({2, 1, 0}, {0.2, -0.5, 0.4});
   for (const Pose& T : {T0, T1, T2}) map.AddKeyFrame(FrameOf(0), T);
   map.RemoveKeyFrame(0_kf, 1_kf);
-  // Its parent moves before it goes itself, and so does the last of the chain.
+  // Its parent moves before it is removed itself, and so does the last one of the chain.
   const Pose M1 = Pose::FromTangent({0.1, 0.3, -0.2}, {0.4, 0, 0.1});
   map.keyframe(1_kf)->T_WC = M1;
   map.RemoveKeyFrame(1_kf, 2_kf);
@@ -241,7 +241,7 @@ TEST(Map, ResolvesThePoseThroughAChainOfRemovals) {
   map.keyframe(2_kf)->T_WC = M2;
   const Pose expected1 = M2 * (T2.Inverse() * M1);
   const Pose expected0 = expected1 * (T1.Inverse() * T0);
-  // A handful of products of rigid transforms.
+  // A few products of rigid transforms.
   EXPECT_TRUE(map.ResolvePose(2_kf).Matrix().isApprox(M2.Matrix(), 1e-15));
   EXPECT_TRUE(map.ResolvePose(1_kf).Matrix().isApprox(expected1.Matrix(), 1e-14));
   EXPECT_TRUE(map.ResolvePose(0_kf).Matrix().isApprox(expected0.Matrix(), 1e-14));
@@ -269,7 +269,7 @@ TEST(Map, RefreshTakesNormalAndScaleRange) {
   map.AddKeyFrame(MakeFrame({FirstBits(0)}, 0, {0}), At(-2, 0, 0));
   map.AddKeyFrame(MakeFrame({FirstBits(0)}, 0, {3}), At(2, 0, 0));
   const PointId p = map.AddPoint({0, 0, 2}, 0).id;
-  // The newest keyframe first: it stays the one that counts.
+  // The newest keyframe comes first: it remains the relevant one.
   map.ObservePoint(1_kf, 0, p);
   map.ObservePoint(0_kf, 0, p);
   map.RefreshPoint(p, {});
@@ -280,7 +280,8 @@ TEST(Map, RefreshTakesNormalAndScaleRange) {
   EXPECT_NEAR(point.min_distance, distance / std::pow(1.2, 4), 1e-14);
 }
 
-// Keyframes one second apart, each tied to the one before by the readings between.
+// Keyframes one second apart, each with an IMU factor to the previous one by the readings in
+// between.
 std::vector<ImuSample> MapReadings(int begin, int end) {
   std::vector<ImuSample> samples;
   for (int i = 10 * begin; i <= 10 * end; ++i) {
@@ -360,7 +361,7 @@ TEST(Map, TransformMovesEverything) {
   const KeyFrameMotion before = *map.keyframe(2_kf)->motion;
   const Pose T = Pose::FromTangent({0.5, -1, 2}, {0.3, -0.7, 1.1});
   map.Transform(T);
-  // Each is a handful of products.
+  // Each pose is a few products.
   const auto is_at = [&](KeyFrameId id, const Pose& before_T) {
     return map.ResolvePose(id).Matrix().isApprox((T * before_T).Matrix(), 1e-14);
   };

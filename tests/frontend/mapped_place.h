@@ -13,14 +13,14 @@
 #include "map/seen_landmarks.h"
 #include "support/synthetic_scene.h"
 
-// What the tests of the window of landmarks share: a body with camera and IMU in a place that is
-// mapped.
+// Common parts of the tests of the tightly coupled smoother: a body with camera and IMU in a place
+// that is mapped.
 namespace highwall::testing {
 
 constexpr double kStart = 0.3, kImageStep = 1.0 / 15.0;  // [s]
 constexpr double kPixel = 0.7;                           // [px] MeasurementOptions::point_sigma
 
-// Points on all sides, and lines among them.
+// Returns points on all sides, and lines among them.
 inline Scene MakeLandmarks() {
   Scene scene = MakeSurroundings();
   std::mt19937 rng(7);
@@ -36,7 +36,7 @@ inline Scene MakeLandmarks() {
 // A place that keyframes have mapped, and a body with camera and IMU that moves in it.
 class MappedPlace {
  public:
-  // noise: of images, 1 as the sensor's.
+  // noise: scale of the image noise, 1 for that of the sensor.
   explicit MappedPlace(const InertialSceneOptions& options, double noise = 1.0)
       : scene_(options),
         noise_(noise),
@@ -53,7 +53,7 @@ class MappedPlace {
   MeasurementModel model() const { return MeasurementModel(IdealSensor(), {}); }
   void MoveMap(const Pose& T) { map_.map.Transform(T); }
 
-  // What an image at that stamp [s] sees of the map; good until the next.
+  // Returns the map landmarks seen by an image at that stamp [s]; valid until the next call.
   SeenLandmarks See(double t) {
     latest_ = Look(scene_.T_WC(t));
     std::vector<PointId> points;

@@ -16,7 +16,7 @@ using testing::SyntheticView;
 
 const Pose kPose = Pose::FromTangent({0.1, -0.2, 0.3}, {0.05, -0.04, 0.1});
 
-// The rows of a feature at a world point that is off by a few centimetres.
+// Returns the rows of a feature at a world point that is off by a few centimetres.
 Eigen::Vector3d Residual(const MeasurementModel& model, const PointFeature& feature,
                          const Eigen::Vector3d& p_W) {
   Eigen::Vector3d r;
@@ -33,7 +33,7 @@ TEST(MeasurementModel, PointSigmaGrowsWithTheLevel) {
 
 TEST(MeasurementModel, DisparitySigmaIsThatOfDepthToFirstOrder) {
   const MeasurementModel model(IdealSensor(), {.baseline = 0.1});
-  // sigma_delta = fx b / z^2 sigma_z, by hand.
+  // sigma_delta = fx b / z^2 sigma_z, computed by hand.
   EXPECT_NEAR(model.DisparitySigma(2.0, 0.006), 525.0 * 0.1 / 4.0 * 0.006, 1e-15);
 }
 
@@ -52,7 +52,7 @@ TEST(MeasurementModel, FactorsAreOfTheExtrinsicsThatWereSetLast) {
     const double* blocks[] = {T_WB.data(), p_W.data()};
     ASSERT_TRUE(model.MakeFactor(feature)->Evaluate(blocks, r.data(), nullptr));
     const Eigen::Vector3d rows = Residual(model, feature, p_W);
-    EXPECT_LT((r - rows).norm(), 1e-9 * rows.norm());  // of hundreds of pixels, poses composed
+    EXPECT_LT((r - rows).norm(), 1e-9 * rows.norm());  // hundreds of pixels, composed poses
   }
 }
 
@@ -70,7 +70,7 @@ TEST(MeasurementModel, RowsOfAPointAreWhitenedErrors) {
   const Eigen::Vector3d p_C = model.camera().Unproject({303.0, 196.0}, 2.1);
   const double sigma = 1.44, delta = 525.0 * 0.08;
   const Eigen::Vector3d with_depth = Residual(model, feature, kPose * p_C);
-  // Coordinates of hundreds of pixels: 1e-12.
+  // The coordinates are hundreds of pixels: 1e-12.
   EXPECT_NEAR(with_depth[0], 3.0 / sigma, 1e-11);
   EXPECT_NEAR(with_depth[1], -4.0 / sigma, 1e-11);
   EXPECT_NEAR(with_depth[2], (delta / 2.1 - delta / 2.0) / model.DisparitySigma(2.0, 0.01), 1e-10);
@@ -83,7 +83,7 @@ TEST(MeasurementModel, RowsOfAPointAreWhitenedErrors) {
   EXPECT_EQ(MeasurementModel::Dimension(feature), 2);
 }
 
-// Rows for the pose alone and factors for the bundle must be one and the same measurement.
+// The rows for the pose alone and the factors of bundle adjustment must be the same measurement.
 TEST(MeasurementModel, PointFactorEqualsItsRows) {
   for (const Weighting weighting : {Weighting::kCovariance, Weighting::kPaper}) {
     const MeasurementModel model(IdealSensor(), {.weighting = weighting});
@@ -102,7 +102,7 @@ TEST(MeasurementModel, PointFactorEqualsItsRows) {
   }
 }
 
-// The end-point form measures at the points of the map line that the observed ends see, the
+// The end-point form measures at the points of the map line seen by the observed ends, the
 // orthonormal form at the observed ends: on the true line both vanish.
 TEST(MeasurementModel, LineRowsAndFactorVanishOnTheTrueLine) {
   const auto scene = MakeScene(5, 0, 40);

@@ -30,7 +30,7 @@ MergeMapsOptions OneThread() {
   return options;
 }
 
-// A session round the ring (LoopScene), whose world lies elsewhere.
+// A session along the ring (LoopScene) with a different world frame.
 struct SessionOfRing {
   // begin, count: of the steps of the walk. seed: of the place.
   SessionOfRing(int begin, int count, const Pose& T_world_ring, unsigned seed = 11)
@@ -46,7 +46,7 @@ const Pose kMonday = Pose::FromTangent({3, 1, 0.5}, {0.1, 0.2, 0.3});
 const Pose kTuesday = Pose::FromTangent({-2, 4, 0}, {0, 0.1, -1.2});
 const Pose kWednesday = Pose::FromTangent({0, 0, 9}, {0.3, 0, 0});
 
-// Of the keyframes against where the first session has its world [m].
+// Returns the largest error of the keyframes [m] in the world frame of the first session.
 double WorstError(const MergedMaps& merged, std::size_t map, const SessionOfRing& session,
                   const Pose& T_world_ring) {
   double worst = 0.0;
@@ -64,12 +64,13 @@ int CountMerges(const MergedMaps& merged) {
   }));
 }
 
-// Corners are off by 0.7 px, 4 mm at three metres; the worst of some twenty pairs.
+// Corners are off by 0.7 px, 4 mm at three metres; this bounds the worst of some twenty pairs.
 constexpr double kAtTheSeam = 0.015;  // [m]
-// Adjusted, walks of six to nine metres drift by half a percent, one alone as well.
+// Adjusted walks of six to nine metres drift by half a percent, also a single one.
 constexpr double kDrift = 0.045;  // [m]
 
-// Keyframes that two sessions have made in one place, the second `lag` of its own later [m].
+// Returns the largest distance [m] between keyframes of two sessions at one place; the second
+// session starts `lag` keyframes further on.
 double WorstSeam(const MergedMaps& merged, std::size_t a, std::size_t b, std::size_t lag) {
   double worst = 0.0;
   for (std::size_t i = lag; i < merged.keyframes[a].size() && i - lag < merged.keyframes[b].size();
@@ -125,7 +126,7 @@ TEST(MergeMaps, SessionsOfTwoPlacesStayApartAndWhereTheyAre) {
 TEST(MergeMaps, ASessionJoinsTwoThatDoNotMeetEachOther) {
   SessionOfRing begin(0, 14, kMonday), end(24, 14, kTuesday), between(6, 26, kWednesday);
   std::vector<Map> maps;
-  maps.emplace_back();  // of a session that saw nothing
+  maps.emplace_back();  // of a session without any image
   for (SessionOfRing* session : {&begin, &end, &between}) {
     maps.push_back(std::move(session->scene.map));
   }
@@ -148,7 +149,7 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
   SessionOfRing monday(0, 6, kMonday), tuesday(20, 6, kTuesday);
   Map& map = monday.scene.map;
   Map& other = tuesday.scene.map;
-  // Of the other: a submap of its own, one that is joined with the first, gaps.
+  // The other map has a submap of its own, one that is merged with the first, and gaps.
   const Frame frame = other.keyframe(0_kf)->frame;
   const SubmapId joined = other.AddSubmap(), apart = other.AddSubmap();
   other.AddKeyFrame(frame, Pose(), joined);

@@ -27,7 +27,7 @@ const Box kPerson{{-0.25, -0.6, 2.2}, {0.25, 1.0, 2.5}};
 
 class FindMovingTest : public ::testing::Test {
  protected:
-  // The room at instant i = 0 .. kReferences, the last one being that of the view.
+  // Returns the room at instant i = 0 .. kReferences, the last one being that of the view.
   PosedDepth See(int i, const Eigen::Vector3d& velocity, const Pose& T_WC) {
     BoxWorld world;
     world.boxes = {kPole, kChest, kPerson.MovedBy(0.5 * (i - kReferences) * velocity)};
@@ -46,7 +46,7 @@ class FindMovingTest : public ::testing::Test {
     last = T_WC;
     return FindMoving(See(kReferences, velocity, T_WC), references, grid, noise, {});
   }
-  // The cells that show the person where it is in the end.
+  // Returns the cells that show the person at its last position.
   cv::Mat PersonCells() const {
     BoxWorld with, without;
     with.boxes = {kPerson};
@@ -54,7 +54,7 @@ class FindMovingTest : public ::testing::Test {
     const cv::Mat b = grid.Sample(DepthOf(without, Camera(), last), 0.3, 8.0);
     return a < b - 0.01;
   }
-  // Shares of the person and of everything else that a mask covers.
+  // Returns the share of the person, or of everything else, that a mask covers.
   double Covered(const cv::Mat& mask, bool person) const {
     const cv::Mat cells = person ? PersonCells() : cv::Mat(~PersonCells());
     return static_cast<double>(cv::countNonZero(mask & cells)) / cv::countNonZero(cells);
@@ -96,7 +96,7 @@ TEST_F(FindMovingTest, NothingMovesWhenTheCameraAloneDoes) {
 }
 
 TEST_F(FindMovingTest, NothingMovesWhereThePoseIsALittleWrong) {
-  // A third of a cell at the edges of pole, chest and person.
+  // The error is a third of a cell at the edges of pole, chest and person.
   std::vector<PosedDepth> references;
   for (int i = 0; i < kReferences; ++i) references.push_back(See(i, {0, 0, 0}, Pose()));
   PosedDepth view = See(kReferences, {0, 0, 0}, Pose());
@@ -108,7 +108,7 @@ TEST_F(FindMovingTest, APersonWhoCrossesIsMasked) {
   const cv::Mat mask = Find({0.6, 0, 0});
   ASSERT_FALSE(mask.empty());
   EXPECT_GT(Covered(mask, true), 0.9);
-  EXPECT_LT(Covered(mask, false), 0.05);  // the border is a cell wide
+  EXPECT_LT(Covered(mask, false), 0.05);  // the border is one cell wide
 }
 
 TEST_F(FindMovingTest, APersonWhoCrossesBeforeAMovingCameraIsMasked) {
@@ -125,7 +125,7 @@ TEST_F(FindMovingTest, APersonWhoComesNearerIsMasked) {
 }
 
 TEST_F(FindMovingTest, APersonWhoWalksAheadOfTheCameraIsMasked) {
-  // Hidden behind where it stood before, which the view looks through.
+  // The person is hidden behind its former position, which the view sees through.
   const cv::Mat mask = Find({0, 0, 0.3}, Pose::FromTangent({0, 0, 0.15}, {0, 0, 0}));
   ASSERT_FALSE(mask.empty());
   EXPECT_GT(Covered(mask, true), 0.8);
@@ -142,7 +142,7 @@ TEST_F(FindMovingTest, WhatWillHaveLeftIsMaskedInHindsight) {
 }
 
 TEST_F(FindMovingTest, WhatMovedAMomentAgoMovesStill) {
-  // Too slow to leave its own place between the references, but it was known to move.
+  // The person is too slow to leave its own place between the references, but was marked as moving.
   std::vector<PosedDepth> references;
   for (int i = 0; i < 3; ++i) {
     references.push_back(See(kReferences, {0, 0, 0}, Pose()));
@@ -153,7 +153,7 @@ TEST_F(FindMovingTest, WhatMovedAMomentAgoMovesStill) {
   const cv::Mat mask = FindMoving(view, references, grid, noise, {.settled = 1.6});
   ASSERT_FALSE(mask.empty());
   EXPECT_GT(Covered(mask, true), 0.9);
-  // Until it has been in place for long.
+  // This ends when it has been in place for long enough.
   EXPECT_TRUE(FindMoving(view, references, grid, noise, {.settled = 0.4}).empty());
 }
 
@@ -187,8 +187,8 @@ TEST_F(FindMovingTest, NothingIsKnownWithoutReferencesOrDepth) {
 }
 
 TEST_F(FindMovingTest, WhatIsUncoveredIsNotRememberedAsMoving) {
-  // Somebody stood before the wall in all references and has gone since. The wall behind may be
-  // somebody who walks away as well, but must not pass for moving because it did so before.
+  // A person stood in front of the wall in all references and has left. The wall behind could be a
+  // person who walks away as well, but must not be marked as moving because it did so before.
   std::vector<PosedDepth> references;
   for (int i = 0; i < kReferences; ++i) references.push_back(See(i, {0, 0, 0}, Pose()));
   BoxWorld empty;
@@ -200,7 +200,7 @@ TEST_F(FindMovingTest, WhatIsUncoveredIsNotRememberedAsMoving) {
   EXPECT_EQ(cv::countNonZero(mask == 255), 0);
 }
 
-// A panel hangs before the wall; no reference is old enough to say that it stands.
+// A panel hangs in front of the wall; no reference is old enough to show that it is static.
 class FindMovingSurfaces : public FindMovingTest {
  protected:
   FindMovingSurfaces() : view(SeePanel(0.0, 3 * kStep)) {
@@ -216,7 +216,7 @@ class FindMovingSurfaces : public FindMovingTest {
   cv::Mat Find(const SurfaceClues& clues, const MovingObjectOptions& options = {.settled = 2.0}) {
     return FindMoving(view, references, grid, noise, options, clues);
   }
-  // The test of a surface that holds the middle of the panel, and of no other.
+  // Returns a test that accepts the surface with the middle of the panel, and no other.
   SurfaceTest PanelMoved() {
     return [this](const DepthSurfaces& surfaces, int surface, const cv::Mat&) {
       ++asked;
@@ -249,12 +249,12 @@ TEST_F(FindMovingSurfaces, MoveOnAfterTheFrameBefore) {
   SurfaceClues clues{.depth = before.depth, .moving = (before.depth < 2.0) - 1};  // 254
   EXPECT_EQ(cv::countNonZero((Find(clues) == 254) != panel), 0);
   EXPECT_TRUE(Find(clues, {.settled = 1.0}).empty()) << "until it has been in place for long";
-  clues.moving = before.depth < 2.0;  // by references alone, which say it again
+  clues.moving = before.depth < 2.0;  // by references alone, which mark it again
   EXPECT_TRUE(Find(clues).empty());
-  clues.moving = (SeePanel(-0.45, 0).depth < 2.0) - 1;  // of something else beside it
+  clues.moving = (SeePanel(-0.45, 0).depth < 2.0) - 1;  // of something else next to it
   EXPECT_TRUE(Find(clues).empty());
   clues.moving = (before.depth < 2.0) - 1;
-  clues.depth = clues.depth * 0.8;  // of something before it
+  clues.depth = clues.depth * 0.8;  // of something in front of it
   EXPECT_TRUE(Find(clues).empty());
 }
 
@@ -319,7 +319,7 @@ TEST_F(MovingObjectsTest, WhatWasSeenInAnotherWorldSaysNothing) {
 }
 
 TEST_F(MovingObjectsTest, FollowsWhatMovedInTheFrameBefore) {
-  // kPerson stands on the floor, and both are one surface with the wall: this one hangs.
+  // kPerson stands on the floor, and both form one surface with the wall; this box hangs.
   BoxWorld world;
   world.boxes = {Box{{-0.3, -0.5, 1.5}, {0.3, 0.3, 1.6}}};
   const cv::Mat depth = moving.grid().Sample(DepthOf(world, Camera(), Pose()), 0.3, 8.0);

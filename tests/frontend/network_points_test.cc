@@ -1,5 +1,5 @@
 // docs/examples/network_points.h with a network of two convolutions: bright spots are points, and
-// what surrounds a cell is its descriptor.
+// the surroundings of a cell are its descriptor.
 #include "network_points.h"
 
 #include <cmath>
@@ -22,7 +22,8 @@ namespace {
 
 constexpr int kCell = 8, kDescriptor = 64;
 
-// A spot of 3 x 3 pixels against the ring of two pixels around it, for each pixel of a cell.
+// Returns the response of a spot of 3 x 3 pixels against the ring of two pixels around it, for each
+// pixel of a cell.
 testing::OnnxConvolution Scores() {
   constexpr int kReach = 3, kSide = kCell + 2 * kReach;
   testing::OnnxConvolution scores{.output = "scores",
@@ -99,7 +100,7 @@ TEST_F(NetworkPointsTest, PointsAreThePeaksOfTheHeatMap) {
   for (const cv::KeyPoint& k : found.keypoints) EXPECT_LT(k.angle, 0.0F);
 }
 
-// The camera moves to the right before a wall with spots, by cells of the network.
+// The camera moves to the right in front of a wall with spots, by cells of the network.
 TEST_F(NetworkPointsTest, AreTrackedAndMapped) {
   const RgbdSensor sensor{
       .camera = {.width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5}};

@@ -29,8 +29,8 @@ constexpr double kTrue = 1.0;  // [px] of corners at level 0 and of segments
 // Eight keyframes that see one scene.
 class NoiseOfAMap {
  public:
-  // depth: by which the noise of depth that is told is larger than the true one.
-  // refined: every other corner is.
+  // depth: ratio of the specified depth noise to the true one. refined: whether every other corner
+  // is refined.
   explicit NoiseOfAMap(const MeasurementOptions& options, double depth = 1.0, int lines = 80,
                        bool refined = false)
       : scene_(MakeScene(4, 400, lines)),
@@ -44,10 +44,10 @@ class NoiseOfAMap {
     }
   }
 
-  // As keyframes come: each time adjusted with what is known by then.
+  // Simulates the insertion of keyframes: each round adjusts with the current estimate.
   void Teach(NoiseEstimator* estimator) {
     BundleAdjustmentOptions adjustment;
-    // All is kept: what is wrong is the noise.
+    // All observations are kept: only the noise is wrong.
     adjustment.inliers = {1e9, 1e9, 1e9, 1e9};
     for (int round = 0; round < 4; ++round) {
       for (const KeyFrameId id : keyframes_) {
@@ -64,7 +64,7 @@ class NoiseOfAMap {
   }
   const MeasurementModel& model() const { return model_; }
 
-  // The position's error [m] of one view, from its points, its lines or both.
+  // Position error [m] of one view, from its points, its lines or both.
   struct Errors {
     double points, lines, both;
   };
@@ -93,7 +93,7 @@ class NoiseOfAMap {
     return {error(points, {}), error({}, lines), error(points, lines)};
   }
 
-  // Root mean square over 200 views.
+  // Returns the root mean square over 200 views.
   Errors Rms(const NoiseEstimator* learnt) const {
     constexpr int kViews = 200;
     Errors sum{};
@@ -113,8 +113,8 @@ class NoiseOfAMap {
     sensor.depth_noise.quadratic *= depth;
     return sensor;
   }
-  // With the true noise as prior knowledge. Every other corner is a refined one
-  // where they are, with half of it.
+  // The true noise is given. If `refined_`, every other corner is a refined one with half of the
+  // noise.
   SyntheticView See(const Pose& T_WC, unsigned seed) const {
     const auto look = [&](double px) {
       return Look(scene_, IdealSensor(), T_WC, {.px = px, .depth = true, .seed = seed});
@@ -146,9 +146,9 @@ TEST(NoiseEstimator, FindsTheNoiseOfEachKindOfRow) {
   NoiseEstimator estimator(map.model());
   map.Teach(&estimator);
   const NoiseEstimate& found = estimator.estimate();
-  // What residuals do not show is added (docs/noise.md). A median of n squared rows of two degrees
-  // of freedom has a deviation of 0.72 / sqrt(n) of the standard deviation, some 2 % of 700 rows
-  // here; that the landmarks follow what is too heavy is the rest.
+  // A term for errors not visible in residuals is added (docs/noise.md). A median of n squared rows
+  // of two degrees of freedom has a deviation of 0.72 / sqrt(n) of the standard deviation, some 2 %
+  // for 700 rows here; the rest is due to the landmarks, which follow rows of too high weight.
   for (int level = 0; level < 8; ++level) {
     const auto i = static_cast<std::size_t>(level);
     EXPECT_NEAR(found.point_px[i], std::hypot(2.0, 0.4 / map.model().PointSigma(level)), 0.2) << i;
@@ -163,7 +163,7 @@ TEST(NoiseEstimator, KindsThatWereNotSeenFollowThoseThatWere) {
   NoiseEstimator estimator(map.model());
   const NoiseEstimate before = estimator.estimate();
   map.Teach(&estimator);
-  // No landmark is nearer than a metre: what those beyond it tell holds there.
+  // No landmark is nearer than a metre: the estimate for the farther ones is used there.
   EXPECT_LT(estimator.estimate().point_depth[2], 0.8 * before.point_depth[2]);
   EXPECT_NEAR(estimator.estimate().point_depth[0], estimator.estimate().point_depth[2], 0.05);
 }
@@ -176,8 +176,8 @@ TEST(NoiseEstimator, TellsRefinedCornersFromThoseThatWereDetected) {
   for (int level = 0; level < 8; ++level) {
     const auto i = static_cast<std::size_t>(level);
     const double shared = 0.4 / map.model().PointSigma(level);
-    // Half as many rows of each as in FindsTheNoiseOfEachKindOfRow. A landmark follows its better
-    // views more than the others, so that their residuals show less of their noise.
+    // There are half as many rows of each as in FindsTheNoiseOfEachKindOfRow. A landmark follows
+    // its more accurate views, so that their residuals show less of their noise.
     EXPECT_NEAR(found.point_px[i], std::hypot(1.0, shared), 0.15) << i;
     EXPECT_NEAR(found.refined_px[i], std::hypot(0.5, shared), 0.1) << i;
   }
@@ -189,7 +189,7 @@ TEST(NoiseEstimator, TellsRefinedCornersFromThoseThatWereDetected) {
 }
 
 TEST(NoiseEstimator, WithWrongNoiseKnownBeforehandBothAreNoWorseThanTheBetterOfPointsAndLines) {
-  // Corners better than is known, segments worse.
+  // Corners are more accurate than specified, segments less.
   NoiseOfAMap map({.point_sigma = 8.0 * kTrue, .line_sigma = 0.25 * kTrue}, 4.0, 25);
   NoiseEstimator estimator(map.model());
   map.Teach(&estimator);

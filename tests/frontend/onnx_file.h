@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-// The few messages of ONNX that a network of convolutions takes, in protobuf's wire format
-// (onnx.proto of version 7, protobuf.dev/programming-guides/encoding).
+// The few ONNX messages needed for a network of convolutions, in protobuf's wire format (onnx.proto
+// of version 7, protobuf.dev/programming-guides/encoding).
 namespace highwall::testing {
 
 class ProtoMessage {
@@ -37,7 +37,7 @@ class ProtoMessage {
   std::string bytes_;
 };
 
-// A convolution of the image "image" by `channels` square kernels.
+// A convolution of the image "image" with `channels` square kernels.
 struct OnnxConvolution {
   std::string output;
   int channels = 0, side = 0, stride = 1, padding = 0;
@@ -45,7 +45,7 @@ struct OnnxConvolution {
   std::vector<float> bias;     // channels
 };
 
-// The network of an image of one channel that has these for outputs.
+// Returns the file of a network with a single-channel input image and these outputs.
 inline std::string OnnxFile(const std::vector<OnnxConvolution>& convolutions, int height,
                             int width) {
   constexpr int kFloat = 1, kInts = 7;

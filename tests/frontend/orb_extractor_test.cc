@@ -17,7 +17,7 @@
 namespace highwall::orb_extractor_test {
 namespace {
 
-// Smoothed noise: corners everywhere, at every scale up to a few pixels.
+// Returns smoothed noise: corners everywhere, at every scale up to a few pixels.
 cv::Mat TexturedImage(int width, int height, double contrast, std::uint64_t seed) {
   cv::RNG rng(seed);
   cv::Mat noise(height, width, CV_32F), image;
@@ -70,7 +70,7 @@ TEST(OrbExtractor, RejectsImagesThatAreEmptyOrNotGray) {
   EXPECT_THROW(extractor.Extract(cv::Mat(480, 640, CV_32FC1, cv::Scalar::all(0))), InvalidArgument);
 }
 
-// The same scene twice under noise of `sigma`.
+// Returns the same scene twice with independent noise of `sigma`.
 std::pair<cv::Mat, cv::Mat> TakenTwice(const cv::Mat& scene, double sigma, std::uint64_t seed) {
   cv::RNG rng(seed);
   const auto taken = [&] {
@@ -83,7 +83,7 @@ std::pair<cv::Mat, cv::Mat> TakenTwice(const cv::Mat& scene, double sigma, std::
   return {std::move(first), taken()};
 }
 
-// How many of a's corners b has as well, within 1.5 px of their level.
+// Returns how many of a's corners are also in b, within 1.5 px of their level.
 std::size_t NumRepeated(const ExtractedPoints& a, const ExtractedPoints& b) {
   return static_cast<std::size_t>(
       std::count_if(a.keypoints.begin(), a.keypoints.end(), [&](const cv::KeyPoint& k) {
@@ -93,8 +93,8 @@ std::size_t NumRepeated(const ExtractedPoints& a, const ExtractedPoints& b) {
       }));
 }
 
-// Hardly a corner is as strong as min_fast_threshold. Corners of noise alone would fall together by
-// chance in 3 of 100; the usual corners of the same scene at four times the contrast do in 59.
+// Hardly any corner reaches min_fast_threshold. Corners of pure noise would coincide by chance in 3
+// of 100; the usual corners of the same scene at four times the contrast do in 59.
 TEST(OrbExtractor, FindsFaintCornersThatStandOutOfTheNoise) {
   const auto [first, second] = TakenTwice(TexturedImage(320, 240, 14.0, 5), 0.5, 6);
   OrbExtractor extractor({.pyramid = {.levels = 4}});
@@ -106,7 +106,7 @@ TEST(OrbExtractor, FindsFaintCornersThatStandOutOfTheNoise) {
   EXPECT_GE(NumRepeated(a, b), 300U);
 }
 
-// A corner's response is the greatest threshold that finds it.
+// The response of a corner is the highest threshold that detects it.
 TEST(OrbExtractor, LooksForFaintCornersDownToTheNoiseOfEachLevel) {
   constexpr int kLevels = 5;
   constexpr double kSigma = 3.0;
@@ -125,13 +125,13 @@ TEST(OrbExtractor, LooksForFaintCornersDownToTheNoiseOfEachLevel) {
     if (i > 0) cv::resize(level, level, size, 0, 0, cv::INTER_LINEAR_EXACT);
     cv::Scalar mean, sigma;
     cv::meanStdDev(level, mean, sigma);
-    // Thresholds are whole; the sigma that is estimated is within a tenth.
+    // Thresholds are integers; the estimated sigma is accurate to a tenth.
     EXPECT_GE(least.at(static_cast<std::size_t>(i)), 1.8 * sigma[0]) << i;
     EXPECT_LE(least.at(static_cast<std::size_t>(i)), 2.2 * sigma[0] + 1.0) << i;
   }
 }
 
-// Where the usual thresholds give all the corners that are asked for, nothing else is looked for.
+// Where the usual thresholds yield all requested corners, no low-contrast ones are searched.
 TEST(OrbExtractor, LooksForNoFaintCornersWhereThereAreEnough) {
   cv::Mat image(480, 640, CV_8U);
   TexturedImage(320, 480, 127.0, 8).copyTo(image.colRange(0, 320));
@@ -190,7 +190,7 @@ TEST(OrbExtractor, LowersTheThresholdOnlyInCellsWithoutCorners) {
   int weak_left = 0, weak_right = 0;
   for (const cv::KeyPoint& k : features.keypoints) {
     if (k.octave != 0 || k.response >= 20.0F) continue;
-    // A cell may reach over the border between the halves.
+    // A cell may extend across the border between the halves.
     if (k.pt.x < 300.0F) ++weak_left;
     if (k.pt.x > 340.0F) ++weak_right;
   }
@@ -227,8 +227,9 @@ TEST(OrbExtractor, DoesNotDependOnTheNumberOfThreads) {
   }
 }
 
-// Coordinates of coarse levels must not lean towards the origin: a mirrored image has its corners
-// mirrored. (Scaling level coordinates alone would be off by 1.3 px at level 7, twice that here.)
+// Coordinates of coarse levels must not be biased towards the origin: a mirrored image has its
+// corners mirrored. (Scaling level coordinates alone would be off by 1.3 px at level 7, twice that
+// here.)
 TEST(OrbExtractor, MapsCoarseLevelsToPixelCentresWithoutBias) {
   const cv::Mat image = TexturedImage(640, 480, 127.0, 9);
   cv::Mat mirrored;
@@ -245,7 +246,7 @@ TEST(OrbExtractor, MapsCoarseLevelsToPixelCentresWithoutBias) {
     });
   }
   ASSERT_GT(coarse, 100);
-  // The rest are ties that the selection broke otherwise; with the bias none would be found.
+  // The rest are ties that the selection resolved otherwise; with the bias none would be found.
   EXPECT_GT(found, coarse * 6 / 10);
 }
 
@@ -253,7 +254,7 @@ class OrbExtractorUnderRotation : public ::testing::Test {
  protected:
   static constexpr double kDegrees = 25.0;
 
-  // Distances of matched corners to their true place and changes of their angles.
+  // Computes distances of matched corners to their true positions and changes of their angles.
   void Match(bool subpixel) {
     const cv::Mat image = TexturedImage(640, 480, 127.0, 10);
     const cv::Matx23d A = cv::getRotationMatrix2D(cv::Point2f(319.5F, 239.5F), kDegrees, 1.0);
@@ -281,7 +282,7 @@ TEST_F(OrbExtractorUnderRotation, MatchesAreAtTheRightPlaceAndTurnWithTheImage) 
   Match(true);
   ASSERT_GT(errors_.size(), 150U);
   EXPECT_GT(errors_.size(), matches_ * 9 / 10);
-  // cv::getRotationMatrix2D turns against the clock as the image is seen, angles grow with it.
+  // cv::getRotationMatrix2D rotates counter-clockwise in the image; angles grow clockwise.
   EXPECT_NEAR(Median(turns_), -kDegrees, 1.5);
 }
 

@@ -21,7 +21,7 @@ cv::Mat RandomDescriptors(int rows, unsigned seed) {
   return descriptors;
 }
 
-// `bits` lowest bits of the row are turned over.
+// Flips the `bits` lowest bits of the row.
 void FlipBits(cv::Mat* descriptors, int row, int bits) {
   for (int i = 0; i < bits; ++i) {
     descriptors->at<std::uint8_t>(row, i / 8) ^= static_cast<uchar>(1U << (i % 8));

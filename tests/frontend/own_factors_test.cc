@@ -158,8 +158,8 @@ TEST_F(OwnFactorsTest, APoseInNoFrameIsOneOfTheFirstWorldAndAMotionOfAny) {
 }
 
 TEST_F(OwnFactorsTest, PullsAKeyFrameInAnAdjustment) {
-  // The truth as a frame that is 10 m away has it; the last keyframe is 5 cm off, and few landmarks
-  // hold it there.
+  // The factors measure the truth in a frame that is 10 m away; the last keyframe is 5 cm off, and
+  // few landmarks constrain it.
   const Pose T_FW = Pose::FromTangent({10, -4, 2}, {0, 0, 1.0});
   map.factors().Place(frame, kFirstSubmap, T_FW);
   const Eigen::Vector3d off(0.05, 0, 0);
@@ -172,11 +172,11 @@ TEST_F(OwnFactorsTest, PullsAKeyFrameInAnAdjustment) {
   ASSERT_TRUE(report.usable);
   EXPECT_EQ(report.own_factors, 1);
   EXPECT_LT((map.keyframe(3_kf)->T_WC.p() - truth[3].p()).norm(), 1e-6);
-  // A frame that few keyframes tell of holds still.
+  // A frame with factors of few keyframes stays fixed.
   EXPECT_EQ(map.factors().T_FW(frame, kFirstSubmap)->p(), T_FW.p());
 }
 
-// A cost that can be evaluated so many times, and throws from then on.
+// A cost that can be evaluated a given number of times, and throws afterwards.
 class WearsOut final : public ceres::SizedCostFunction<3, 7, 7> {
  public:
   explicit WearsOut(int times) : left_(times) {}
@@ -196,7 +196,7 @@ class WearsOut final : public ceres::SizedCostFunction<3, 7, 7> {
 TEST_F(OwnFactorsTest, OneThatThrowsIsSetAsideAndTheMapIsAdjusted) {
   map.factors().Place(frame, kFirstSubmap, Pose());
   const std::vector<KeyFrameId> free{3_kf}, fixed{0_kf, 1_kf, 2_kf};
-  for (const int times : {0, 4}) {  // at once, and on the way
+  for (const int times : {0, 4}) {  // immediately, and during the solution
     map.keyframe(3_kf)->T_WC = Pose(truth[3].q(), truth[3].p() + Eigen::Vector3d(0.005, 0, 0));
     map.AddFactor({{{3_kf, Pose()}}, frame, std::make_shared<WearsOut>(times), nullptr});
     BundleAdjustmentReport report;
@@ -208,7 +208,7 @@ TEST_F(OwnFactorsTest, OneThatThrowsIsSetAsideAndTheMapIsAdjusted) {
   }
 }
 
-// One that only a solver's trials meet: those are without Jacobians.
+// A cost that throws only in a solver's trial steps, which are without Jacobians.
 class ThrowsAtTrials final : public ceres::SizedCostFunction<3, 7, 7> {
  public:
   bool Evaluate(double const* const*, double* r, double** J) const override {
@@ -247,8 +247,8 @@ TEST_F(OwnFactorsTest, AFrameMovesWhereEverythingIsAdjusted) {
   const BundleAdjustmentReport report =
       AdjustBundle(map, model, map.keyframe_ids(), {}, {.first_iterations = 20});
   ASSERT_TRUE(report.usable);
-  EXPECT_EQ(report.own_factors, 3);  // that of the keyframe which is held tells of the frame alone
-  // Three positions in a triangle of 0.5 m, and landmarks that hold the keyframes to 1e-6 m.
+  EXPECT_EQ(report.own_factors, 3);  // the factor of the fixed keyframe only constrains the frame
+  // Three positions form a triangle of 0.5 m, and landmarks constrain the keyframes to 1e-6 m.
   EXPECT_LT((map.factors().T_FW(frame, kFirstSubmap)->p() - T_FW.p()).norm(), 1e-3);
   EXPECT_LT((map.factors().T_FW(frame, kFirstSubmap)->Inverse() * T_FW).Angle(), 1e-2);
 }
@@ -289,7 +289,7 @@ TEST(CarriedCost, JacobiansMatchCentralDifferences) {
     check = testing::CheckJacobians(apart, {X, Y}, {&kManifold, &kManifold});
     EXPECT_TRUE(check) << check.message;
   }
-  // A body height, seen twice from one keyframe: both bodies' Jacobians meet in its block.
+  // A body height, measured twice from one keyframe: both bodies' Jacobians add up in its block.
   const auto prior = std::make_shared<RelativePose>(Pose::FromTangent({0, 0, 1}, {0.1, 0, 0}),
                                                     Eigen::Matrix<double, 6, 6>::Identity());
   const CarriedCost together(
@@ -349,13 +349,13 @@ TEST_F(PendingFactorsTest, AreRefusedBeforeTheFirstFrameInGapsAndBetweenWorlds) 
   const KeyFrameId other = map.AddKeyFrame(map.keyframe(3_kf)->frame, Pose(), submap).id;
   for (const double second : {0.5, 1.5, 3.0, 4.5}) Add({FromSeconds(second)});
   Frame(1, 0_kf, 1.0);
-  EXPECT_EQ(pending.refused(), 1u);  // nothing was known before
+  EXPECT_EQ(pending.refused(), 1u);  // it precedes the first frame
   Frame(2, 0_kf, 2.0);
   EXPECT_EQ(pending.attached(), 1u);
   Frame(4, 0_kf, 4.0);
   EXPECT_EQ(pending.refused(), 2u);  // 2 s apart
   Frame(5, other, 5.0);
-  EXPECT_EQ(pending.refused(), 3u);  // a world of its own
+  EXPECT_EQ(pending.refused(), 3u);  // another world frame
   EXPECT_EQ(pending.waiting(), 0u);
   EXPECT_EQ(map.factors().all().size(), 1u);
 }

@@ -9,15 +9,15 @@
 #include "box_world.h"
 #include "features/depth_grid.h"
 
-// Boxes before a wall with grey levels painted on them, as a camera has them on its coarse grids.
+// Boxes in front of a wall with grey levels painted on them, as seen on a camera's coarse grids.
 namespace highwall::testing {
 
 inline const PinholeCamera kGridCamera = RgbdSensor{}.camera;
 inline const DepthGrid kGrid(kGridCamera);
-// A box on the left, before the wall and above the floor: normals along x, y and z.
+// A box on the left, in front of the wall and above the floor: normals along x, y and z.
 inline const BoxWorld kBoxes{.boxes = {{{-1.6, -0.5, 2.0}, {-0.6, 1.0, 3.0}}}};
 
-// [grey levels] of whatever is at p_W; others for another phase.
+// Returns the grey level of a surface point at p_W; it differs for another phase.
 inline double Paint(const Eigen::Vector3d& p_W, double phase) {
   return 120.0 + 50.0 * std::sin(2.1 * p_W.x() + 1.3 * p_W.y() + phase) +
          40.0 * std::sin(3.7 * p_W.y() - 2.9 * p_W.z() + 2.0 * phase) +
@@ -30,7 +30,7 @@ struct Light {
   double contrast = 1.0;
 };
 
-// Depth and grey levels of a frame without any corner or line.
+// Returns depth and grey levels of a frame without any corner or line.
 inline FrameFeatures SeeGrids(const BoxWorld& world, const Pose& T_WC, const Light& light = {}) {
   FrameFeatures features;
   features.depth_grid = kGrid.Sample(DepthOf(world, kGridCamera, T_WC), 0.3, 8.0);

@@ -1,4 +1,4 @@
-// Points of an extractor of the user's in a frame, and what is wrong with some.
+// Points of a user's extractor in a frame, and the rejection of invalid ones.
 #include <highwall/frontend/features/point_extractor.h>
 
 #include <functional>
@@ -22,7 +22,7 @@ namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// Says what it was told.
+// Returns the kind and the points that it was given.
 class Parrot final : public PointExtractor {
  public:
   PointKind said{.name = "parrot",
@@ -63,7 +63,7 @@ TEST(PointExtractor, ItsPointsAreThoseOfTheFrameWithDepthAndBits) {
   EXPECT_LT(features->points[1].angle, 0.0F) << "none";
   EXPECT_TRUE(features->points[1].faint);
   EXPECT_EQ(features->point_descriptors.size(), cv::Size(32, 2));
-  // (1, 2, 3, 4) and (4, 3, 2, 1) are opposite when their mean is off.
+  // (1, 2, 3, 4) and (4, 3, 2, 1) are opposite after their mean is removed.
   EXPECT_EQ(cv::norm(features->point_descriptors.row(0), features->point_descriptors.row(1),
                      cv::NORM_HAMMING),
             256.0);

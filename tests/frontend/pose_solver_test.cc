@@ -22,7 +22,7 @@ using testing::Scene;
 using testing::SyntheticView;
 
 const Pose kTruth = Pose::FromTangent({0.1, -0.05, 0.2}, {0.03, -0.08, 0.05});
-// 7 cm and 3 degrees away.
+// The start is 7 cm and 3 degrees away.
 const Pose kStart = Pose::FromTangent({0.15, -0.1, 0.2}, {0.06, -0.05, 0.08});
 
 struct Problem {
@@ -30,7 +30,7 @@ struct Problem {
   std::vector<PoseLine> lines;
 };
 
-// Lines are cut to where their observed ends see them from T_WC, as the tracker does.
+// Lines are trimmed to the part seen by their observed ends from T_WC, as the tracker does.
 Problem MakeProblem(const Scene& scene, const SyntheticView& view, const MeasurementModel& model,
                     const Pose& T_WC) {
   Problem problem;
@@ -69,8 +69,8 @@ class PoseSolver : public ::testing::Test {
 TEST_F(PoseSolver, FindsTheExactPoseFromPoints) {
   const auto solution = Solve(Exact(60, 0));
   ASSERT_TRUE(solution);
-  // It stops once a step gains less than 1e-6 of cost, and the next step, which squares the error,
-  // is not taken.
+  // The solver stops once a step reduces the cost by less than 1e-6; the next step, which would
+  // square the error, is not taken.
   EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-7);
   EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-7);
   EXPECT_EQ(solution->num_points, static_cast<int>(solution->point_inliers.size()));
@@ -90,7 +90,7 @@ TEST_F(PoseSolver, FindsThePoseFromPointsWithoutDepth) {
 }
 
 // Points near the optical axis, without depth, that are seen from much nearer: the first step would
-// lead past them, where nothing is left to contradict it.
+// lead past them, where no observation is left to contradict it.
 TEST_F(PoseSolver, AStepPastAllPointsIsNoPerfectFit) {
   Problem problem;
   for (int i = 0; i < 24; ++i) {
@@ -107,8 +107,8 @@ TEST_F(PoseSolver, AStepPastAllPointsIsNoPerfectFit) {
 }
 
 TEST_F(PoseSolver, FindsTheExactPoseFromLines) {
-  // The ends of a map line move along it where the start is wrong, which costs nothing: only what
-  // is across the line is measured. Pixels are floats, 3e-5 px, 1e-7 m at 3 m.
+  // The ends of a map line move along it if the start is wrong, at no cost: only the error across
+  // the line is measured. Pixels are floats, 3e-5 px, 1e-7 m at 3 m.
   const auto solution = Solve(Exact(0, 40));
   ASSERT_TRUE(solution);
   EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
@@ -148,12 +148,12 @@ TEST_F(PoseSolver, FlagsThirtyPercentGrossOutliers) {
   EXPECT_EQ(solution->line_inliers, line_good);
   EXPECT_EQ(solution->num_points, std::count(point_good.begin(), point_good.end(), true));
   EXPECT_EQ(solution->num_lines, std::count(line_good.begin(), line_good.end(), true));
-  // Once they are set aside they do not pull at all.
+  // Observations that are masked out have no influence at all.
   EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
   EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-6);
 }
 
-// Two in five readings are of what is 30 cm behind, as beside depth edges.
+// Two in five depth readings belong to a surface 30 cm behind, as next to depth edges.
 class PoseSolverAtEdges : public PoseSolver {
  protected:
   PoseSolverAtEdges() {
@@ -205,7 +205,7 @@ TEST_F(PoseSolver, APixelThatContradictsIsNoPointWhateverItsDepth) {
 }
 
 TEST_F(PoseSolver, PointsOnPlanesJoinAndTheWrongOnesAreSetAside) {
-  // Two planes of W, and every tenth point half a metre off.
+  // Two planes of W, and every tenth point is half a metre off.
   const Problem problem = Exact(60, 0);
   std::vector<PointToPlaneRow> planes;
   std::mt19937 rng(6);
@@ -222,8 +222,8 @@ TEST_F(PoseSolver, PointsOnPlanesJoinAndTheWrongOnesAreSetAside) {
   EXPECT_EQ(solution->num_planes, 90);
   EXPECT_EQ(without->num_planes, 0);
   EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
-  // All that are off belong to the plane across x: 40 rows of (1 / 2 cm)^2 remain. Both solutions
-  // see the points alike but for 1e-7 m.
+  // All wrong points belong to the plane across x: 40 rows of (1 / 2 cm)^2 remain. The information
+  // of the points is equal in both solutions up to 1e-7 m.
   const double added = solution->information(0, 0) - without->information(0, 0);
   EXPECT_NEAR(added, 40 * 2500.0, 1.0);
 }
@@ -269,8 +269,8 @@ TEST_F(PoseSolver, PointsAndLinesBehindTheCameraAreOutliers) {
   EXPECT_FALSE(Solve(problem)) << "all behind: no residual and yet no solution";
 }
 
-// The same problem solved by Ceres with ceres::HuberLoss, with noise that reaches far beyond the
-// threshold: one minimum, found twice.
+// Ceres solves the same problem with ceres::HuberLoss, with noise far beyond the threshold: both
+// must find the same minimum.
 TEST_F(PoseSolver, MinimisesTheHuberCostExactly) {
   const Scene scene = MakeScene(21, 80, 25);
   const SyntheticView view = Look(scene, IdealSensor(), kTruth, {.px = 4.0, .depth = true});
@@ -305,8 +305,8 @@ TEST_F(PoseSolver, MinimisesTheHuberCostExactly) {
   options.parameter_tolerance = 1e-12;
   options.function_tolerance = 1e-14;
   ASSERT_TRUE(graph.Solve(options).IsUsable());
-  // It stops once a step gains less than 1e-6 of cost: a thousandth of a standard deviation, which
-  // is some millimetres for this noise.
+  // The solver stops once a step reduces the cost by less than 1e-6: a thousandth of a standard
+  // deviation, which is some millimetres for this noise.
   EXPECT_LT(PositionError(solution->T_WC, graph.Value(pose)), 5e-6);
   EXPECT_LT(AngleError(solution->T_WC, graph.Value(pose)), 5e-6);
   EXPECT_GT(PositionError(solution->T_WC, kTruth), 1e-4) << "the noise must matter";
@@ -320,7 +320,7 @@ TEST_F(PoseSolver, ForgetsTheStartWithinItsBasin) {
   ASSERT_TRUE(reference);
   std::mt19937 rng(8);
   for (int i = 0; i < 20; ++i) {
-    // Up to 15 cm and 6 degrees off.
+    // The start is up to 15 cm and 6 degrees off.
     Eigen::Matrix<double, 6, 1> step;
     step << testing::UniformInBox(rng, {-0.15, -0.15, -0.15}, {0.15, 0.15, 0.15}),
         testing::UniformInBox(rng, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
@@ -385,7 +385,7 @@ NormalEquations Sum(const std::vector<PosePoint>& points, const RgbdProjection& 
 }
 
 TEST_F(PoseSolver, WhatIsKnownDecidesWhereTheImageLeavesADirectionOpen) {
-  // Parallel lines: nothing tells how far along them the camera is.
+  // The lines are parallel: the position along them is unobservable.
   std::mt19937 rng(51);
   Scene scene = MakeScene(51, 0, 30);
   for (auto& line : scene.lines) {
@@ -400,11 +400,11 @@ TEST_F(PoseSolver, WhatIsKnownDecidesWhereTheImageLeavesADirectionOpen) {
   const auto solution =
       SolvePose(kTruth, model.projection(), problem.points, problem.lines, {}, &known);
   ASSERT_TRUE(solution);
-  // A millimetre of the prior's centimetre gives way to what the lines know better.
+  // The prior's centimetre yields by up to a millimetre to the better constraints of the lines.
   EXPECT_NEAR(solution->T_WC.p().x(), kTruth.p().x() + 0.02, 1e-3);
   EXPECT_LT((solution->T_WC.p() - kTruth.p()).tail<2>().norm(), 1e-3);
   EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-3);
-  // The lines themselves still know nothing of it.
+  // The lines themselves still give no constraint in that direction.
   EXPECT_LT(solution->information(0, 0), 1e-6 * solution->information(1, 1));
 }
 
@@ -412,7 +412,7 @@ TEST_F(PoseSolver, InformationAndGradientAreThoseOfTheImageAlone) {
   const Scene scene = MakeScene(52, 60, 0);
   const Problem problem = MakeProblem(
       scene, Look(scene, IdealSensor(), kTruth, {.px = 0.5, .depth = true}), model, kTruth);
-  // Strong, and a millimetre away.
+  // A strong prior, a millimetre away.
   const KnownPose known{
       kTruth.Plus((Eigen::Matrix<double, 6, 1>() << 1e-3, 0, 0, 0, 5e-4, 0).finished()),
       1e4 * Eigen::Matrix<double, 6, 6>::Identity()};
@@ -430,8 +430,8 @@ TEST_F(PoseSolver, InformationAndGradientAreThoseOfTheImageAlone) {
   EXPECT_TRUE(held->information.isApprox(sum.H, 1e-12));
   EXPECT_TRUE(held->gradient.isApprox(sum.g, 1e-9));
   EXPECT_GT(PositionError(alone->T_WC, held->T_WC), 5e-4) << "it must be held";
-  // One step of Gauss and Newton leads to where the image alone would have it: its error is of
-  // second order in the millimetre.
+  // One Gauss-Newton step leads to the optimum of the image alone, up to an error of second order
+  // in the millimetre.
   const Pose stepped = held->T_WC.Plus(-held->information.ldlt().solve(held->gradient));
   EXPECT_LT(PositionError(alone->T_WC, stepped), 0.02 * PositionError(alone->T_WC, held->T_WC));
 }
@@ -471,14 +471,14 @@ TEST_F(PoseSolver, FitIsOneForTheNoiseThatTheRowsState) {
 
 TEST(TrimToObservation, CutsWhereTheObservedEndsLook) {
   const RgbdProjection camera(PinholeCamera{.fx = 500, .fy = 500, .cx = 320, .cy = 240}, Pose());
-  // Along x at y = 0.4, z = 2; its image is v = 240 + 500 * 0.2 = 340.
+  // The line is along x at y = 0.4, z = 2; its image is v = 240 + 500 * 0.2 = 340.
   const auto line = PluckerLine::FromPoints({-5, 0.4, 2}, {5, 0.4, 2});
   const auto on_it = TrimToObservation(line, {195, 340}, {445, 340}, camera);
   ASSERT_TRUE(on_it);
   EXPECT_TRUE(on_it->p().isApprox(Eigen::Vector3d(-0.5, 0.4, 2), 1e-13));
   EXPECT_TRUE(on_it->q().isApprox(Eigen::Vector3d(0.5, 0.4, 2), 1e-13));
-  // A ray (m_x, 0, 1) passes below: the nearest point of the line, d = x, has
-  // x = m_x (m . a) / (|m|^2 - m_x^2) with m . a = 2 and |m|^2 - m_x^2 = 1.
+  // A ray (m_x, 0, 1) passes below: the nearest point of the line, d = x, has x = m_x (m . a) /
+  // (|m|^2 - m_x^2) with m . a = 2 and |m|^2 - m_x^2 = 1.
   const auto off = TrimToObservation(line, {445, 240}, {570, 240}, camera);
   ASSERT_TRUE(off);
   EXPECT_TRUE(off->p().isApprox(Eigen::Vector3d(0.5, 0.4, 2), 1e-13));

@@ -6,7 +6,7 @@
 namespace highwall::projection_matcher_test {
 namespace {
 
-// `count` of the 256 bits set.
+// Returns a descriptor with `count` of the 256 bits set.
 BinaryDescriptor256 FirstBits(int count) {
   BinaryDescriptor256 descriptor{};
   for (int i = 0; i < count; ++i) {
@@ -141,11 +141,11 @@ class ProjectSegmentTest : public ::testing::Test {
   void ExpectEnds(const std::optional<LineSegment>& segment, const Eigen::Vector2f& s,
                   const Eigen::Vector2f& e) const {
     ASSERT_TRUE(segment);
-    // Float pixels: 3e-5.
+    // The precision of float pixels is 3e-5.
     EXPECT_LT((segment->s - s).norm(), 1e-4F) << segment->s.transpose();
     EXPECT_LT((segment->e - e).norm(), 1e-4F) << segment->e.transpose();
   }
-  // The point behind a pixel, inside of the image or not.
+  // Returns the point behind a pixel, which may be outside of the image.
   Eigen::Vector3d At(double u, double v, double z) const { return camera.Unproject({u, v}, z); }
 
   const PinholeCamera camera{};  // 640 x 480
@@ -171,7 +171,8 @@ TEST_F(ProjectSegmentTest, IsEmptyOutsideOfTheImage) {
 }
 
 TEST_F(ProjectSegmentTest, CutsAtTheNearPlane) {
-  // From (0.1, 0, 1) back through the plane z = 0.25 at (0.1, 0, 0.25) and behind the camera.
+  // The line goes from (0.1, 0, 1) back through the plane z = 0.25 at (0.1, 0, 0.25) and behind the
+  // camera.
   const Segment3 segment({0.1, 0, 1.0}, {0.1, 0, -1.0});
   const double u_far = 319.5 + 52.5, u_near = 319.5 + 525.0 * 0.1 / 0.25;
   ExpectEnds(ProjectSegment(segment, camera, 0.25), {static_cast<float>(u_far), 239.5F},

@@ -22,7 +22,7 @@ using testing::operator""_kf;
 const Pose kKeyFrames[] = {
     Pose::FromTangent({0, 0, 0}, {0, -0.6, 0}), Pose::FromTangent({0.2, 0, 0}, {0, -0.2, 0}),
     Pose::FromTangent({0, 0.1, 0}, {0, 0.2, 0}), Pose::FromTangent({-0.1, 0, 0.1}, {0, 0.6, 0})};
-// Near the third of them.
+// The query pose is near the third of them.
 const Pose kQuery = Pose::FromTangent({0.1, 0.05, 0.2}, {0.05, 0.3, 0.1});
 
 class RelocalizerTest : public ::testing::Test {
@@ -54,18 +54,18 @@ TEST_F(RelocalizerTest, FindsThePoseFromScratch) {
 }
 
 TEST_F(RelocalizerTest, SetsWrongLandmarksAside) {
-  // Forty in a hundred landmarks were put into the wrong place.
+  // Forty in a hundred landmarks are displaced.
   std::vector<bool> moved(scene_map.point_ids.size(), false);
   for (std::size_t i = 0; i < moved.size(); ++i) {
     MapPoint* point = scene_map.map.point(scene_map.point_ids[i]);
     moved[i] = i % 5 < 2;
     if (point != nullptr && moved[i]) point->p_W += Eigen::Vector3d(0.4, -0.3, 0.5);
   }
-  // Moved all alike they would be a pose of their own: the larger group wins.
+  // With equal displacements they are consistent with another pose: the larger group wins.
   const SyntheticView view = Look(scene, IdealSensor(), kQuery, {.px = 0.7, .depth = true});
   const auto found = relocalizer.Relocalize(*view.features, scene_map.map);
   ASSERT_TRUE(found);
-  // 1 px at 500 px and 3 m over some 60 points: a millimetre; ten times that.
+  // 1 px at 500 px and 3 m over some 60 points is a millimetre; the bound is ten times that.
   EXPECT_LT(PositionError(found->T_WC, kQuery), 0.01);
   EXPECT_LT(AngleError(found->T_WC, kQuery), 0.005);
   for (const auto& [feature, id] : found->points) {
@@ -73,8 +73,8 @@ TEST_F(RelocalizerTest, SetsWrongLandmarksAside) {
   }
 }
 
-// Most pairs are wrong by metres, hundreds of sigma: more than any robust cost can bear. The few
-// that RANSAC found to agree are enough.
+// Most matches are wrong by metres, hundreds of sigma: too many for any robust cost. The few
+// inliers that RANSAC found are enough.
 TEST_F(RelocalizerTest, NeedsNoMoreThanRansacFound) {
   for (unsigned seed = 1; seed <= 10; ++seed) {
     SceneMap shaken(scene);
@@ -119,8 +119,8 @@ TEST_F(RelocalizerTest, FindsAPlaceInABlurredImage) {
   EXPECT_EQ(found, 20);
 }
 
-// Another room with the same things in it, put elsewhere: up to half a metre, and a dozen of them
-// as they are here.
+// Another room with the same objects at other positions: displaced by up to half a metre, except
+// for a dozen of them.
 TEST_F(RelocalizerTest, RefusesARoomThatLooksAlike) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     std::mt19937 rng(seed);
@@ -134,7 +134,7 @@ TEST_F(RelocalizerTest, RefusesARoomThatLooksAlike) {
   }
 }
 
-// A wall of a dozen different tiles, laid again and again, against one laid otherwise.
+// A wall of a dozen different tiles in repetition, compared with another arrangement of them.
 TEST(RelocalizerOnTiles, RefusesAnotherWallOfTheSameTiles) {
   const MeasurementModel model(IdealSensor(), {});
   const Relocalizer relocalizer(model, {});
@@ -146,7 +146,7 @@ TEST(RelocalizerOnTiles, RefusesAnotherWallOfTheSameTiles) {
       Scene scene;
       for (int x = -8; x <= 8; ++x) {
         for (int y = -5; y <= 5; ++y) {
-          // Not quite alike, or no match would be the best by far.
+          // The tiles are not quite identical, otherwise no match would be clearly the best.
           BinaryDescriptor256 tile = tiles[rng() % tiles.size()];
           for (int bit = 0; bit < 12; ++bit) {
             tile[rng() % tile.size()] ^= static_cast<std::uint8_t>(1U << (rng() % 8));
@@ -217,7 +217,7 @@ TEST(RelocalizerOnLines, CountWherePointsAreFew) {
   auto points_only = std::make_shared<FrameFeatures>(*view.features);
   points_only->lines.clear();
   points_only->line_descriptors = cv::Mat();
-  // More than all points that both see, fewer than with their lines.
+  // The threshold is above the number of common points, but below the number with lines.
   const Relocalizer relocalizer(model, {.min_inliers = static_cast<int>(view.points.size()) + 1});
   EXPECT_FALSE(relocalizer.Relocalize(*points_only, scene_map.map));
   const auto found = relocalizer.Relocalize(*view.features, scene_map.map);

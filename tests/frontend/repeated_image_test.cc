@@ -12,7 +12,8 @@
 namespace highwall::repeated_image_test {
 namespace {
 
-// Rectangles of all sizes and colours, shifted by a part of a pixel; with the noise of a sensor.
+// Returns rectangles of all sizes and colours, shifted by a fraction of a pixel, with the noise of
+// a sensor.
 cv::Mat Scene(const cv::Size& size, double shift = 0.0, double noise = 0.0,
               std::uint64_t seed = 1) {
   cv::RNG rng(5);
@@ -66,7 +67,7 @@ TEST(RepeatedImage, TheSameImageCodedAnewRepeats) {
   }
 }
 
-// Colour channels have the noise of their own: one grey level in each is 0.6 in the mean of three.
+// Colour channels have independent noise: one grey level in each is 0.6 in the mean of three.
 TEST(RepeatedImage, ACameraThatStandsStillDoesNotRepeat) {
   for (const cv::Size& size : kSizes) {
     for (const double noise : {1.0, 2.0, 4.0}) {
@@ -93,7 +94,7 @@ TEST(RepeatedImage, WhatMovesBeforeACameraWithoutNoiseIsSeen) {
   }
 }
 
-// Dark images are alike although they are new: nothing in them tells.
+// Dark images are similar although they are new: they contain no information.
 TEST(RepeatedImage, ACoveredLensDoesNotRepeat) {
   const cv::Size size(640, 480);
   const cv::Mat black(size, CV_8UC3, cv::Scalar::all(0));

@@ -18,7 +18,7 @@ using testing::MakeScene;
 using testing::Scene;
 using testing::SyntheticView;
 
-// A quick hand: 0.6 m/s and 80 degrees a second.
+// A fast hand-held motion: 0.6 m/s and 80 degrees a second.
 const Twist kMotion{.v = {0.5, -0.3, 0.2}, .omega = {0.6, 1.2, -0.4}};
 
 // Depth of the plane n^T p = d from a camera that has moved by T since.
@@ -39,13 +39,13 @@ TEST(Twist, LeadsWhereItWasMeasured) {
   const Twist twist = Twist::Between(T_AB, 0.1);
   EXPECT_LT((twist.Over(0.1).p() - T_AB.p()).norm(), 1e-14);
   EXPECT_LT((twist.Over(0.1).Inverse() * T_AB).Angle(), 1e-14);
-  // And back.
+  // The motion is also inverted.
   EXPECT_LT((twist.Over(-0.1) * T_AB).p().norm(), 1e-14);
 }
 
 TEST(Twist, FlowIsTheVelocityOfAPointAtRest) {
   const Eigen::Vector3d p_C(0.4, -0.3, 1.7);
-  constexpr double kStep = 1e-6;  // [s] central: errors of 1e-12 relative, rounding of 1e-10
+  constexpr double kStep = 1e-6;  // [s] central: relative errors of 1e-12, rounding of 1e-10
   const Eigen::Vector3d flow =
       (kMotion.Over(kStep).Inverse() * p_C - kMotion.Over(-kStep).Inverse() * p_C) / (2.0 * kStep);
   EXPECT_LT((kMotion.Flow(p_C) - flow).norm(), 1e-8);
@@ -73,8 +73,8 @@ TEST(DepthAtTime, LateDepthBecomesThatOfTheMiddleRow) {
       after = std::max(after, std::abs(static_cast<double>(moved.at<float>(v, u)) - z));
     }
   }
-  // The plane rises by up to 4 mm a pixel; a reading is half a pixel off, and as much is left of
-  // second order in the motion, (0.047 rad)^2 / 2 of 525 px.
+  // The plane rises by up to 4 mm a pixel; a reading is half a pixel off, and the second-order
+  // error of the motion, (0.047 rad)^2 / 2 of 525 px, is as large.
   EXPECT_LT(after, 5e-3);
   EXPECT_GT(before, 30e-3);
 }
@@ -91,8 +91,9 @@ TEST(DepthAtTime, WhatIsNotMeasuredStaysSoAndWithoutMotionNothingChanges) {
   EXPECT_THROW(DepthAtTime(cv::Mat(48, 64, CV_16UC1), camera, {}, 0.02, 0.0), InvalidArgument);
 }
 
-// A view as rows see it that are read out over `readout` while the camera moves by kMotion: the
-// row tells the time, and the time where the point is, which a few rounds make one.
+// Returns the view of a rolling shutter that is read out over `readout` while the camera moves by
+// kMotion: the row gives the time, and the time the point's position, which a few iterations make
+// consistent.
 SyntheticView SeenByRows(const Scene& scene, const RgbdSensor& sensor, double readout) {
   SyntheticView view = Look(scene, sensor, Pose());
   auto seen = std::make_shared<FrameFeatures>(*view.features);
@@ -137,7 +138,7 @@ TEST(AtMiddleRow, FeaturesAreWhereOneMomentWouldHaveSeenThem) {
   ASSERT_FALSE(moved->lines.empty());
   for (std::size_t i = 0; i < moved->lines.size(); ++i) {
     const LineFeature &a = moved->lines[i], &b = truth.features->lines[i];
-    // Ends are kept as floats, 3e-5 px, which are the row's time as well.
+    // Ends are stored as floats, 3e-5 px, which determine the row's time as well.
     EXPECT_LT((a.segment.s - b.segment.s).norm(), 1e-4F);
     EXPECT_LT((a.segment.e - b.segment.e).norm(), 1e-4F);
     EXPECT_LT((a.segment_C->p_C - b.segment_C->p_C).norm(), 1e-6);
@@ -151,22 +152,22 @@ TEST(MovedOtherwise, AnAssumedMotionIsReplacedByTheOneThatWasFound) {
   const Scene scene = MakeScene(3, 300, 0);
   const SyntheticView seen = SeenByRows(scene, sensor, 0.03);
   const Twist assumed{.v = {0.3, -0.2, 0.1}, .omega = {0.3, 0.9, -0.3}};
-  // Depth is of the time of its pixel.
+  // Depth is measured at the time of its pixel.
   const FrameTiming timing{.colour_readout = 0.03, .depth_readout = 0.03};
   const auto first = AtMiddleRow(*seen.features, sensor.camera, 0.03, assumed);
   const auto second =
       MovedOtherwise(*first, sensor.camera, grid, {timing, assumed}, {timing, kMotion});
   const auto direct = AtMiddleRow(*seen.features, sensor.camera, 0.03, kMotion);
   for (std::size_t i = 0; i < second->points.size(); ++i) {
-    // The row that a feature is moved to stands for the one it was seen in: 10 px of 480 of 30 ms,
-    // times the difference of the flows, 0.4 rad/s of 525 px.
+    // The row that a feature is moved to approximates the one it was seen in: 10 px of 480 of 30
+    // ms, times the difference of the flows, 0.4 rad/s of 525 px.
     EXPECT_LT((second->points[i].uv - direct->points[i].uv).norm(), 0.2);
   }
 }
 
 TEST(MovedOtherwise, LateDepthFollowsTheMotionThatWasFound) {
-  // A wall that faces a camera which comes nearer: depth 20 ms late is 10 mm short, and was taken
-  // to be 4 mm short.
+  // A wall that faces an approaching camera: depth 20 ms late is 10 mm short, and was assumed to be
+  // 4 mm short.
   const PinholeCamera camera;
   const DepthGrid grid(camera);
   const FrameTiming late{.depth_delay = 0.02};
@@ -227,7 +228,8 @@ TEST(DepthRate, OfASlopeIsThatOfItsReading) {
   const double rate = (plane.Depth(grid.camera(), kMotion.Over(kStep), 30, 20) -
                        plane.Depth(grid.camera(), kMotion.Over(-kStep), 30, 20)) /
                       (2.0 * kStep);
-  // The slope is taken over two cells, 16 px: a hundredth of it is curvature of z over the image.
+  // The slope is computed over two cells, 16 px: a hundredth of it is curvature of z over the
+  // image.
   EXPECT_NEAR(DepthRate(cells, grid, p_C, kMotion).value(), rate, 0.02 * std::abs(rate));
   cells.at<float>(20, 31) = 1.0F;
   EXPECT_FALSE(DepthRate(cells, grid, p_C, kMotion));

@@ -21,7 +21,7 @@ PinholeCamera DistortedCamera() {
   return camera;
 }
 
-// The plane n . p = c as the camera's depth sensor sees it.
+// The plane n . p = c as the camera's depth sensor measures it.
 struct Plane {
   Eigen::Vector3d n;
   double c;
@@ -77,12 +77,13 @@ TEST(FitSegmentDepth, FollowsASlantedPlane) {
   const PinholeCamera camera;
   const auto fit = FitSegmentDepth(kSegment, Render(camera, kWall), {camera});
   ASSERT_TRUE(fit);
-  // A depth pixel stands for a square: half a pixel is 2 mm along this plane, averaged out below.
+  // A depth pixel represents a square: half a pixel is 2 mm along this plane, averaged out below.
   EXPECT_NEAR(fit->p_C.z(), kWall.DepthAt({200.0, 150.0}, camera), 1e-3);
   EXPECT_NEAR(fit->q_C.z(), kWall.DepthAt({330.5, 220.25}, camera), 1e-3);
 }
 
-// Seen at 60 degrees from near by, the surface rises by several sigmas from one side to the other.
+// At 60 degrees and a short distance, the surface rises by several sigmas from one side to the
+// other.
 TEST(FitSegmentDepth, TakesBothSidesOfASteepPlane) {
   const PinholeCamera camera;
   const Plane table{Eigen::Vector3d(0.0, 1.7, 1.0), 0.8};
@@ -176,14 +177,14 @@ TEST(FitSegmentDepth, ResistsOutliers) {
 
 TEST(FitSegmentDepth, RejectsWhatIsNoStraightLineInSpace) {
   const PinholeCamera camera;
-  // Stairs of 20 cm along the segment.
+  // Steps of 20 cm along the segment.
   const cv::Mat depth = Render(camera, [](int u, int) { return 1.5 + 0.2 * (u / 30 % 2); });
   EXPECT_FALSE(FitSegmentDepth({{100.0F, 200.0F}, {400.0F, 200.0F}}, depth, {camera}));
 }
 
-// Whoever weights the ends with sigma_p and sigma_q must neither trust them too much nor waste
-// them. The noise here is independent between pixels, four of which count as one: the errors are
-// half as large as stated.
+// A user of sigma_p and sigma_q must neither overweight the ends nor underweight them. The noise
+// here is independent between pixels, four of which count as one: the errors are half as large as
+// stated.
 TEST(FitSegmentDepth, StatesItsUncertainty) {
   const PinholeCamera camera;
   const cv::Mat clean = Render(camera, kWall);

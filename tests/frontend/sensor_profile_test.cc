@@ -32,20 +32,21 @@ TEST(SensorProfile, TheGenericOneIsTheDefaultSensorWithMillimetres) {
   EXPECT_EQ(generic.depth_noise.Sigma(3.0), usual.depth_noise.Sigma(3.0));
 }
 
-// At one field of view the noise at a depth goes with the size of the pixel.
+// At a given field of view the noise at a depth is proportional to the size of the pixel.
 TEST(SensorProfile, StereoNoiseFollowsTheFocalLengthOfTheCamera) {
   const SensorProfile& d435 = *FindSensorProfile("d435");
   const PinholeCamera vga{.fx = 618.0, .fy = 618.0};
   const PinholeCamera hd{.width = 1280, .height = 720, .fx = 927.0, .fy = 927.0};
   const double sigma = d435.NoiseFor(vga).Sigma(2.0);
   EXPECT_NEAR(d435.NoiseFor(hd).Sigma(2.0), sigma * 618.0 / 927.0, 1e-9);
-  // The pair's modes of as many rows: 848 x 480 with 424 px, 1280 x 720 with 642 px.
+  // The stereo pair's modes with the same number of rows: 848 x 480 with 424 px, 1280 x 720 with
+  // 642 px.
   EXPECT_NEAR(sigma, DepthNoise::Stereo(0.08, 424.0, 0.05).Sigma(2.0), 0.01 * sigma);
   EXPECT_NEAR(d435.NoiseFor(hd).Sigma(2.0), DepthNoise::Stereo(0.08, 642.0, 0.05).Sigma(2.0),
               0.01 * sigma);
 }
 
-// What the sheets say, to within the rounding of their figures.
+// The values are those of the data sheets, to within the rounding of their figures.
 TEST(SensorProfile, NoiseIsThatOfTheSources) {
   const auto sigma = [](const char* name, double z) {
     return FindSensorProfile(name)->NoiseFor({}).Sigma(z);

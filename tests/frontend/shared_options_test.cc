@@ -1,7 +1,7 @@
-// What tracking, relocalization, local mapping and loops share (which features may be one, and how
-// they weigh) is held once, by the measurement model. Here its fields are set away from their
-// defaults one by one, and what every stage that uses one makes must change, to the bit at least;
-// what the others make must not.
+// Options shared by tracking, relocalization, local mapping and loop closing (which features may
+// match, and their weights) are held once, by the measurement model. These tests change its fields
+// from their defaults one by one: the result of every stage that uses a field must change, by at
+// least one bit; the results of the other stages must not.
 #include <functional>
 #include <memory>
 #include <optional>
@@ -33,13 +33,13 @@ using testing::SyntheticView;
 using testing::operator""_kf;
 
 struct Shared {
-  MeasurementOptions measurement{.weighting = Weighting::kPaper};  // where the baseline counts
+  MeasurementOptions measurement{.weighting = Weighting::kPaper};  // which uses the baseline
   PyramidOptions pyramid{};
 };
 
 enum Stage { kTracking = 1, kRelocalization = 2, kMapping = 4, kLoops = 8 };
 constexpr int kAll = kTracking | kRelocalization | kMapping | kLoops;
-// By projection. Those of the walk have descriptors that are the same for ever.
+// Stages that match by projection. The descriptors of the walk never change.
 constexpr int kProjecting = kTracking | kMapping | kLoops;
 constexpr int kProjectingChanged = kTracking | kMapping;
 
@@ -49,7 +49,7 @@ struct Case {
   std::function<void(Shared&)> set;
 };
 
-// Not among them: map_match.ratio and min_deviation, for which the scene is too easy.
+// map_match.ratio and min_deviation are missing, because the scene is too easy for them.
 std::vector<Case> Cases() {
   return {
       {"weighting", kAll, [](Shared& s) { s.measurement.weighting = Weighting::kCovariance; }},
@@ -87,7 +87,7 @@ std::vector<Case> Cases() {
   };
 }
 
-// All that came out of a stage, as numbers.
+// All results of a stage, as numbers.
 using Outcome = std::vector<double>;
 
 void Append(const Pose& T, Outcome& outcome) {
@@ -108,8 +108,8 @@ void Append(const Map& map, Outcome& outcome) {
   }
 }
 
-// The view as another day has it: every tenth bit of the descriptors may be turned, and corners by
-// some degrees.
+// Returns the view under changed conditions: up to every tenth bit of the descriptors is flipped,
+// and corners are rotated by some degrees.
 SyntheticView Changed(SyntheticView view) {
   std::mt19937 rng(3);
   auto features = std::make_shared<FrameFeatures>(*view.features);
@@ -162,7 +162,7 @@ class SharedOptions : public ::testing::Test {
     return outcome;
   }
 
-  // A keyframe of which every other landmark was tracked: the others are found by projection.
+  // Only every other landmark of the keyframe was tracked: the others are found by projection.
   Outcome MapLocally(const MeasurementModel& model) const {
     Map map = known_.map.Clone();
     LocalMapper mapper(model, {.background = false});
@@ -198,7 +198,7 @@ class SharedOptions : public ::testing::Test {
     return outcome;
   }
 
-  static constexpr KeyFrameId kStart{11};  // where the walk ends as well
+  static constexpr KeyFrameId kStart{11};  // the walk ends there as well
   const Pose kPose = Pose::FromTangent({0.13, 0.02, 0.02}, {0.01, -0.02, 0.01});
   const Scene scene_ = MakeScene(31, 400, 60);
   SceneMap known_{scene_};

@@ -13,7 +13,7 @@
 namespace highwall::sift_extractor_test {
 namespace {
 
-// A bright spot on grey. centre, sigma: [px]
+// Returns a bright spot on grey. centre, sigma: [px]
 cv::Mat Blob(const cv::Point2d& centre, double sigma) {
   cv::Mat image(240, 320, CV_8UC1);
   for (int v = 0; v < image.rows; ++v) {

@@ -1,4 +1,4 @@
-// SlamSystem under faults of readings and images: whatever comes in, no exception comes out.
+// SlamSystem under faults of readings and images: no input may cause an exception.
 // HIGHWALL_FAULT_RUNS=1000 tries a thousand seeds.
 #include <highwall/frontend/system/slam_system.h>
 
@@ -50,7 +50,7 @@ const RenderedWalk& Walk() {
   return walk;
 }
 
-// What may become of an image: its stamp stays.
+// Corrupts an image at random; its stamp stays.
 void SpoilImage(std::mt19937& rng, std::vector<RgbdImage>& images) {
   const auto any = [&]() -> RgbdImage& {
     return images[static_cast<std::size_t>(Uniform(rng, 1, kFrames - 1))];
@@ -112,7 +112,7 @@ void ExpectSound(const SlamSystem& system, const std::vector<FrameResult>& resul
   EXPECT_FALSE(system.keyframe_trajectory().empty());
 }
 
-// A run: readings as they come, then the image.
+// A run in which the readings precede the image.
 class FaultRun {
  public:
   explicit FaultRun(unsigned seed)
@@ -121,7 +121,7 @@ class FaultRun {
   void Run(const std::vector<ImuSample>& readings, const std::vector<RgbdImage>& images) {
     std::size_t next = 0;
     for (const RgbdImage& image : images) {
-      // Late readings do not hold up those behind them.
+      // Late readings do not delay the ones after them.
       for (; next < readings.size() && readings[next].stamp < image.stamp + FromSeconds(0.1);
            ++next) {
         const ImuSampleStatus status = system_.AddImu(readings[next]);
@@ -147,13 +147,14 @@ class FaultRun {
   std::vector<FrameResult> results_;
 };
 
-// The largest distance between the way from the first frame to another and the true one.
+// Returns the largest difference of distance from the first frame between the estimate and the
+// truth.
 double WorstError(const std::vector<FrameResult>& results) {
   double worst = 0.0;
   const Trajectory& truth = Walk().truth;
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (!HasPose(results[i].state)) continue;
-    // The map is turned as a whole once; lengths are not.
+    // The map is rotated as a whole once, which does not change lengths.
     const double length = (results[i].T_WC.p() - results[0].T_WC.p()).norm();
     worst = std::max(worst, std::abs(length - (truth[i].pose.p() - truth[0].pose.p()).norm()));
   }
@@ -175,8 +176,9 @@ TEST(SlamFaults, OfReadingsNeverThrowNorTakeThePoseAway) {
     std::vector<ImuSample> readings = Walk().readings;
     const std::set<Fault> faults = testing::InjectSome(run.rng(), readings);
     ASSERT_NO_THROW(run.Run(readings, Walk().images));
-    // The images are sound and hold the pose. Spikes that a sensor may measure are believed: three
-    // of 400 g throw the velocity by 20 m/s each, and the pose by that times a tenth of a second.
+    // The images are valid and constrain the pose. Spikes within the range of a sensor are trusted:
+    // three of 400 g change the velocity by 20 m/s each, and the pose by that times a tenth of a
+    // second.
     EXPECT_LT(WorstError(run.results()), faults.contains(Fault::kSpike) ? 6.0 : 0.3);
     for (const FrameResult& result : run.results()) EXPECT_TRUE(HasPose(result.state));
   }

@@ -1,4 +1,4 @@
-// SlamSystem with an IMU, in a room that is rendered.
+// SlamSystem with an IMU, in a rendered room.
 #include <highwall/frontend/system/slam_system.h>
 
 #include <cmath>
@@ -22,14 +22,14 @@ using testing::RenderedWalk;
 
 constexpr int kFrames = 60;
 constexpr double kFps = 10.0;
-constexpr double kTimeOffset = 0.012;                 // [s] which the system does not know
+constexpr double kTimeOffset = 0.012;                 // [s] not known to the system
 constexpr std::size_t kDark = 40, kBrightAgain = 52;  // frames with the lens covered
 
 PinholeCamera SmallCamera() {
   return {.width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
 }
 
-// [rad]
+// Returns the angle between two vectors [rad].
 double AngleTo(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
@@ -45,13 +45,13 @@ class SlamInertialTest : public ::testing::Test {
     options.camera = SmallCamera();
     options.sensor.noise = simulate::SensorNoise::kKinect;
     options.imu.time_offset = kTimeOffset;
-    // The tolerances of the darkness are those of the noise that the system is told.
+    // The tolerances of the dark interval are those of the specified noise.
     options.sensor.noise_ratio = options.imu.noise_ratio = 1.0;
     walk_ = std::make_unique<RenderedWalk>(testing::Render(simulate::SimulateRoom(options)));
   }
   static void TearDownTestSuite() { walk_.reset(); }
 
-  // What the system says to each frame of [0, end), those of [kDark, kBrightAgain) blank.
+  // Returns the results of the frames of [0, end), where those of [kDark, kBrightAgain) are blank.
   static std::vector<FrameResult> Run(SlamSystem& system, std::size_t end = kFrames) {
     std::vector<FrameResult> results;
     std::size_t next = 0;
@@ -82,7 +82,8 @@ TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
   const RgbdSensor sensor{.camera = SmallCamera()};
   SlamSystem system(sensor, Deterministic({}), walk().calibration);
   const std::vector<FrameResult> results = Run(system);
-  // Out of the dark in a place that was not mapped, the IMU carries on until a map is begun there.
+  // After the dark interval the place is not mapped: the IMU extrapolates until a map is begun
+  // there.
   std::size_t back = kBrightAgain;
   while (back < results.size() && results[back].state == TrackingState::kInertial) ++back;
   EXPECT_LE(back, kBrightAgain + 8);
@@ -104,14 +105,14 @@ TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
   EXPECT_EQ(results[kDark].inertial->status, InertialStatus::kDeadReckoning);
   EXPECT_EQ(results.back().inertial->status, InertialStatus::kRunning);
 
-  // Every frame has a pose; two thirds of a metre were walked in the dark.
+  // Every frame has a pose; the path in the dark is two thirds of a metre.
   const Trajectory trajectory = system.trajectory();
   ASSERT_EQ(trajectory.size(), walk().images.size());
   EXPECT_LT(AbsolutePoseError(walk().truth, trajectory).statistics.rmse, 0.02);
   EXPECT_LT(AbsolutePoseError(walk().truth, trajectory).statistics.max, 0.06);
   EXPECT_NEAR(results.back().inertial->time_offset, kTimeOffset, 3e-3);
 
-  // Up is z: what points up in the camera by the truth does so by the estimate.
+  // Up is z: the true up direction in the camera is also up by the estimate.
   const Eigen::Vector3d up_C = walk().truth.back().pose.q().conjugate() * Eigen::Vector3d::UnitZ();
   const double angle = std::acos((trajectory.back().pose.q() * up_C).normalized().z());
   EXPECT_LT(angle, 0.2 * M_PI / 180.0);
@@ -129,8 +130,8 @@ TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
   }
 }
 
-// The lens is covered for longer than dead reckoning is believed, and a place follows that no map
-// shows: what is begun there has a world of its own, in which up is known from its first frame on.
+// The lens is covered for longer than dead reckoning is trusted, and an unmapped place follows: the
+// submap that begins there has its own world frame, in which up is known from the first frame on.
 TEST_F(SlamInertialTest, ASubmapThatBeginsWhereDeadReckoningHasEndedIsUpright) {
   SlamOptions options = Deterministic({});
   options.inertial.max_dead_reckoning = 0.5;
@@ -143,8 +144,8 @@ TEST_F(SlamInertialTest, ASubmapThatBeginsWhereDeadReckoningHasEndedIsUpright) {
   while (begin < results.size() && !results[begin].begins_submap) ++begin;
   ASSERT_LT(begin, results.size());
   EXPECT_EQ(begin, kBrightAgain) << "patience is over: the first frame that can";
-  // Up is the mean acceleration of a second, in which a walk changes its velocity by less than
-  // half a metre per second: 3 deg.
+  // Up is the mean acceleration of a second, in which a walk changes its velocity by less than half
+  // a metre per second: 3 deg.
   constexpr double kUpright = 0.05;  // [rad]
   for (std::size_t i = begin; i < results.size(); ++i) {
     EXPECT_EQ(results[i].submap, results[begin].submap) << i;
@@ -173,8 +174,8 @@ TEST_F(SlamInertialTest, KeyFramesAreTiedByTheReadingsBetween) {
   EXPECT_GE(tied, 1);
 }
 
-// An interval between keyframes weighs what the images in between did on average, the last one
-// included, not what the last one did.
+// The weight of an interval between keyframes is the mean over its images, including the last one,
+// not the weight of the last one.
 TEST_F(SlamInertialTest, AnIntervalOfManyImagesHasTheirMeanWeight) {
   SlamOptions options = Deterministic({});
   options.inertial.weighting.policy = ImuWeighting::kPaper;
@@ -186,7 +187,7 @@ TEST_F(SlamInertialTest, AnIntervalOfManyImagesHasTheirMeanWeight) {
   system.SetCallbacks({.on_frame = [&](const FrameResult& result) {
     if (result.inertial && result.inertial->weight > 0.0) {
       last = result.inertial->weight;
-      sum += last;  // the images are as far apart as each other
+      sum += last;  // the images are equally spaced
       ++images;
     }
     if (!result.mapping) return;
@@ -204,7 +205,8 @@ TEST_F(SlamInertialTest, AnIntervalOfManyImagesHasTheirMeanWeight) {
 }
 
 TEST_F(SlamInertialTest, AnImuThatContradictsTheImagesChangesNothing) {
-  // Readings negated: the images alone carry on, and the trajectory is theirs.
+  // The readings are negated: the system continues with images alone, which determine the
+  // trajectory.
   SlamSystem system({.camera = SmallCamera()}, Deterministic({}), walk().calibration);
   std::size_t next = 0;
   for (std::size_t i = 0; i < kDark; ++i) {

@@ -1,4 +1,4 @@
-// A walk round a room and on: SlamSystem with loops. Takes some ten seconds.
+// SlamSystem with loops on a walk around a room and on. Takes some ten seconds.
 #include <cmath>
 #include <memory>
 #include <vector>
@@ -26,7 +26,7 @@ class SlamLoopTest : public ::testing::Test {
     options.fps = kFps;
     options.camera = Camera();
     options.sensor.noise = simulate::SensorNoise::kKinect;
-    options.sensor.noise_ratio = 1.0;  // the bounds below are of the noise that is told
+    options.sensor.noise_ratio = 1.0;  // the bounds below are for the specified noise
     const simulate::Simulation room(simulate::MakeRoom(options.seed),
                                     simulate::MakeRoomTrajectory(kLap, options.seed), options);
     walk_ = std::make_unique<RenderedWalk>(testing::Render(room));
@@ -41,10 +41,10 @@ class SlamLoopTest : public ::testing::Test {
     std::vector<LoopReport> loops;
     int lost = 0, told_loops = 0, told_maps = 0;
     double rmse = 0.0;     // [m] APE
-    double closure = 0.0;  // [m] RMS error of the way from every place to where it is seen again
+    double closure = 0.0;  // [m] RMS error between each place and its revisit
     std::vector<Eigen::Matrix4d> poses;
   };
-  // wait: for what other threads do, after every frame.
+  // wait: for other threads, after every frame.
   static Run Walk(const LoopCloserOptions& loops, bool wait = false) {
     SlamOptions options;
     options.loops = loops;
@@ -119,8 +119,8 @@ TEST_F(SlamLoopTest, TheCameraNeedNotWaitForTheLoop) {
   ASSERT_FALSE(run.loops.empty());
   EXPECT_TRUE(run.loops[0].accepted) << run.loops[0].message;
   EXPECT_EQ(run.lost, 0);
-  // Frames come as fast as they can be tracked: which keyframe meets the loop, and how many frames
-  // the correction comes after, depends on the machine. Without loops this is 20 mm or more.
+  // Frames are processed as fast as possible: the keyframe that closes the loop, and the delay of
+  // the correction in frames, depend on the machine. Without loops this is 20 mm or more.
   EXPECT_LT(run.closure, 0.012);
 }
 

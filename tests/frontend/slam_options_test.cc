@@ -1,7 +1,6 @@
-// Every field of SlamOptions: each that has a range is refused outside of it by its name, by
-// SlamOptions and by the component that takes it, so that none is overlooked on the way down; and
-// Deterministic() leaves all but the threads as they are. (That what stages share reaches each of
-// them is shown by shared_options_test.cc.)
+// Every field of SlamOptions: a value outside of its range is refused by name, by SlamOptions and
+// by the component that uses it, so that none is missed on the way; and Deterministic() changes
+// only the threads. (shared_options_test.cc shows that shared options reach every stage.)
 #include <highwall/frontend/system/option_table.h>
 
 #include <cxxabi.h>
@@ -39,7 +38,7 @@
 namespace highwall::slam_options_test {
 namespace {
 
-// visit(path, field) of those that are no structs themselves, such as "tracker.pose.rounds".
+// Calls visit(path, field) for all fields that are not structs, such as "tracker.pose.rounds".
 template <class Options, class Visit>
 void VisitLeaves(Options& options, const Visit& visit, const std::string& path = "") {
   ForEachOption(options, [&](const char* name, auto& field, const OptionRange& = {}) {
@@ -81,7 +80,7 @@ std::string NameOfType(const std::type_info& type) {
   return std::string(name.get()).substr(std::string("highwall::").size());
 }
 
-// Those of the table, of this struct and of those within it. Each is visited in its place.
+// Adds the table's fields of this struct and of those within it, and checks their order in memory.
 template <class Options>
 void AddFieldsInTable(const Options& options, Fields* fields) {
   std::vector<std::string>& names = (*fields)[NameOfType(typeid(Options))];
@@ -101,7 +100,7 @@ void AddFieldsInTable(const Options& options, Fields* fields) {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Values just beyond the range of a field, in the order of the fields.
+// Values just outside the range of a field, in the order of the fields.
 struct Edge {
   const char* field;
   std::vector<double> outside;
@@ -297,7 +296,7 @@ const Edge kEdges[] = {
     {"submaps.patience", {-0.1}},
 };
 
-// What SlamSystem is made of, each with its part of the options.
+// Creates a component of SlamSystem with its part of the options.
 void MakeUserOf(const std::string& part, const SlamOptions& options) {
   const RgbdSensor sensor;
   if (part == "frame") FrameBuilder(sensor, options.frame);
@@ -317,7 +316,8 @@ void MakeUserOf(const std::string& part, const SlamOptions& options) {
   if (part == "submaps") options.submaps.Validate();
 }
 
-// Beyond any range; false where the field has none: a switch, a choice, a seed.
+// Sets a value outside any range; returns false for a field without one: a switch, a choice, a
+// seed.
 template <class Field>
 bool Spoil(Field& field) {
   if constexpr (std::is_floating_point_v<Field>) {
@@ -357,7 +357,7 @@ std::vector<std::string> Paths() {
   return paths;
 }
 
-// With the order of the addresses: each name stands for its field, and none is missing.
+// The order of the addresses shows that each name belongs to its field, and that none is missing.
 TEST(SlamOptions, TheTableHasTheFieldsOfEveryStructInTheirOrder) {
   Fields in_table;
   AddFieldsInTable(SlamOptions(), &in_table);

@@ -1,5 +1,5 @@
-// A drive along a road that never comes back, with positions in a frame of their own: SlamSystem
-// with factors of the user's. Takes some ten seconds.
+// SlamSystem with user factors: a drive along a road that never returns, with positions in a
+// reference frame of their own. Takes some ten seconds.
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -23,9 +23,9 @@ namespace highwall::slam_own_factors_test {
 namespace {
 
 constexpr double kSigma = 0.02;  // [m] of a position, by axis
-// [m] RMS, twice the noise of one position: those about it make up for that, and for what is off by
-// metres, one in twenty; but a frame that only an upright prior keeps from rolling about a straight
-// way has the camera beside it.
+// [m] RMS, twice the noise of one position. Neighbouring positions average the noise, also of the
+// outliers of metres, one in twenty; but if only a gravity prior limits the roll of the frame about
+// a straight path, the camera is off to the side.
 constexpr double kBound = 2.0 * 1.7321 * kSigma;
 const Pose kT_GW = Pose::FromTangent({4.5e5, 5.4e6, 400}, {0, 0, 2.0});
 
@@ -51,12 +51,12 @@ class SlamOwnFactorsTest : public ::testing::Test {
     sensor.depth_noise = simulation_->options().sensor.Noise();
     sensor.max_depth = simulation_->options().sensor.max_depth;
     SlamOptions options;
-    options.frame.use_lines = false;  // for the time it takes
+    options.frame.use_lines = false;  // to save time
     return SlamSystem(sensor, lockstep ? Deterministic(options) : options);
   }
 
-  // Three positions a second, none of them at a frame, before the frame that follows; the third of
-  // them is off by metres.
+  // Adds the positions with stamps in (from, until], three a second and none at a frame; one in
+  // twenty, from the third on, is off by metres.
   static void AddPositions(ReferenceFrameId frame, Stamp from, Stamp until, SlamSystem& slam) {
     static const Eigen::Vector3d kAntenna(0.1, -0.5, 0.2);
     const Stamp first = drive_->images.front().stamp + FromSeconds(0.03);
@@ -92,7 +92,8 @@ class SlamOwnFactorsTest : public ::testing::Test {
     return Rmse(slam);
   }
 
-  // RMS distance [m] of the trajectory from the truth, both in the frame of the positions.
+  // Returns the RMS distance [m] of the trajectory from the truth, both in the frame of the
+  // positions.
   static double ErrorInFrame(const SlamSystem& slam, ReferenceFrameId frame) {
     const std::optional<Pose> T_GW = slam.T_FW(frame);
     if (!T_GW) return std::numeric_limits<double>::infinity();
@@ -122,7 +123,7 @@ TEST_F(SlamOwnFactorsTest, PositionsKeepALongWayFromDrifting) {
   EXPECT_EQ(with.factor_counts().attached, 59u);
   EXPECT_EQ(with.factor_counts().refused, 0u);
   EXPECT_GE(told_maps, 2);
-  // 37 m drift by 6 cm; what is left are the noise of positions and depth.
+  // 37 m drift by 6 cm; the remaining errors are the noise of positions and depth.
   EXPECT_LT(held, 0.3 * drift);
   EXPECT_LT(ErrorInFrame(with, frame), 0.5 * kBound);
   Drive(again, again.AddReferenceFrame());
@@ -144,13 +145,14 @@ TEST_F(SlamOwnFactorsTest, OnThreadsOfTheirOwnAndAllAtOnceInTheEndTheyDoSoToo) {
   late.Track(drive_->images.back());
   late.Finish();
   EXPECT_LT(ErrorInFrame(late, given_late), kBound);
-  // Everything adjusted together keeps what they tell.
+  // A joint adjustment of everything preserves the constraints of the positions.
   EXPECT_GT(late.AdjustAll().own_factors, 40);
   EXPECT_LT(ErrorInFrame(late, given_late), kBound);
 }
 
 TEST_F(SlamOwnFactorsTest, MotionBetweenStampsNeedsNoFrame) {
-  // Wheels that know the way of every second to a millimetre and a tenth of a degree.
+  // Wheel odometry that measures the motion of every second to a millimetre and a tenth of a
+  // degree.
   Eigen::Matrix<double, 6, 6> W = Eigen::Matrix<double, 6, 6>::Identity() / 0.001;
   W.bottomRightCorner<3, 3>() = Eigen::Matrix3d::Identity() / 0.002;
   SlamSystem plain = MakeSystem(), with = MakeSystem();

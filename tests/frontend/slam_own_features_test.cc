@@ -1,5 +1,5 @@
-// SlamSystem with points that are not ORB's: SIFT (floats, 15 levels) round a room and on, and an
-// extractor of the user's (512 bits, one level, no orientation). Takes some twenty seconds.
+// SlamSystem with points other than ORB: SIFT (floats, 15 levels) on a walk around a room and on,
+// and a user's extractor (512 bits, one level, no orientation). Takes some twenty seconds.
 #include <memory>
 #include <utility>
 
@@ -21,7 +21,7 @@ namespace {
 
 using testing::RenderedWalk;
 
-// cv::BRISK's descriptors of 64 bytes on corners of the whole image alone.
+// cv::BRISK's descriptors of 64 bytes, only on corners of the full-resolution image.
 class BriskPoints final : public PointExtractor {
  public:
   const PointKind& kind() const override { return kind_; }
@@ -52,7 +52,7 @@ class SlamOwnFeaturesTest : public ::testing::Test {
     options.fps = kFps;
     options.camera = Sensor().camera;
     options.sensor.noise = simulate::SensorNoise::kKinect;
-    options.sensor.noise_ratio = 1.0;  // the bounds below are of the noise that is told
+    options.sensor.noise_ratio = 1.0;  // the bounds below are for the specified noise
     const simulate::Simulation room(simulate::MakeRoom(options.seed),
                                     simulate::MakeRoomTrajectory(kLap, options.seed), options);
     walk_ = std::make_unique<RenderedWalk>(testing::Render(room));
@@ -63,14 +63,14 @@ class SlamOwnFeaturesTest : public ::testing::Test {
     return {.camera = {
                 .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5}};
   }
-  // Of points alone: no line is to help.
+  // Uses points alone: no line may contribute.
   static SlamOptions Options(PointDetector detector) {
     SlamOptions options = Deterministic({});
     options.frame.use_lines = false;
     options.frame.point_detector = detector;
     return options;
   }
-  // Frames [begin, end); returns how many are lost.
+  // Tracks frames [begin, end); returns how many are lost.
   static int Walk(SlamSystem& slam, std::size_t begin, std::size_t end) {
     int lost = 0;
     for (std::size_t i = begin; i < end; ++i) {
@@ -96,7 +96,7 @@ TEST_F(SlamOwnFeaturesTest, SiftTracksClosesTheLoopAndItsMapIsGoneOnIn) {
   EXPECT_EQ(Walk(slam, 0, walk_->images.size()), 0);
   slam.Finish();
   EXPECT_GE(closed, 1);
-  // As with ORB, points and lines (slam_loop_test.cc).
+  // The bound is that for ORB, points and lines (slam_loop_test.cc).
   EXPECT_LT(Rmse(slam), 0.006);
   EXPECT_EQ(slam.map().point_kind().name, "sift");
 
@@ -113,7 +113,8 @@ TEST_F(SlamOwnFeaturesTest, SiftTracksClosesTheLoopAndItsMapIsGoneOnIn) {
   localize.loops.enabled = false;
   SlamSystem again(Sensor(), localize, std::nullopt, std::move(loaded));
   EXPECT_LE(Walk(again, 40, 60), 1);
-  // In the frame of the map, which is not that of the truth: both runs are compared.
+  // The comparison is in the frame of the map, which differs from that of the truth: both runs are
+  // compared.
   const Trajectory first = slam.trajectory(), second = again.trajectory();
   EXPECT_LT(AbsolutePoseError(first, second).statistics.rmse, 0.005);
 }
@@ -144,7 +145,7 @@ TEST_F(SlamOwnFeaturesTest, AMapThatDoesNotSayItsPyramidIsTaken) {
   EXPECT_EQ(slam.map().point_kind().pyramid.levels, 4);
 }
 
-// An extractor that hands out the same memory each time.
+// An extractor that returns the same memory each time.
 class Reusing final : public PointExtractor {
  public:
   const PointKind& kind() const override { return orb_.kind(); }

@@ -1,5 +1,5 @@
-// SlamSystem with images of other sizes, fields of view and rates than it was developed with, in a
-// rendered room: no constant in pixels or frames may suit one of them alone.
+// SlamSystem with image sizes, fields of view and rates other than those of its development, in a
+// rendered room: no constant in pixels or frames may suit only one of them.
 #include <string>
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ TEST_P(SlamSizesTest, LosesNoFrame) {
   }
   EXPECT_EQ(lost, 0);
   EXPECT_EQ(slam.submaps().size(), 1U);
-  // Two pixels at the 2.5 m that the walls are away.
+  // The bound is two pixels at 2.5 m, the distance of the walls.
   const double bound = 2.0 * 2.5 / GetParam().focal;
   EXPECT_LT(AbsolutePoseError(truth, slam.trajectory()).statistics.rmse, bound);
 }

@@ -1,5 +1,5 @@
-// A walk through a room in which the camera is covered and carried elsewhere: SlamSystem with
-// submaps. Takes some ten seconds.
+// SlamSystem with submaps: a walk through a room in which the camera is covered and carried to
+// another place. Takes some ten seconds.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -18,7 +18,7 @@ namespace highwall::slam_submap_test {
 namespace {
 
 constexpr double kLap = 10.0, kFps = 10.0;
-// [frames] Where the lens is covered, for how long it is, and how far the camera is carried.
+// [frames] Begin of the cover, its duration, and how far the camera is carried.
 constexpr std::size_t kCovered = 35, kDark = 10, kCarried = 30;
 
 class SlamSubmapTest : public ::testing::Test {
@@ -113,7 +113,7 @@ TEST_F(SlamSubmapTest, GoesOnElsewhereAndIsOneMapAgainWhenItComesBack) {
   ASSERT_EQ(submaps.size(), 1U);
   EXPECT_GE(submaps[0].frames.size(), Images().size() - kDark - 5);
   // The walk without a cover has 4 mm (SlamLoopTest): three seconds of it are missing here, and the
-  // second part begins with nothing.
+  // second part starts without a map.
   EXPECT_LT(AbsolutePoseError(walk_->truth, run.slam.trajectory()).statistics.rmse, 0.015);
 }
 
@@ -130,7 +130,7 @@ TEST_F(SlamSubmapTest, WithoutSubmapsItIsLostUntilItComesBack) {
 
 TEST_F(SlamSubmapTest, ApartTheyAreTwoTrajectoriesTheLargerFirst) {
   Run run(Options());
-  run.Track(0, 60);  // before it comes back
+  run.Track(0, 60);  // before the camera returns
   const std::vector<SubmapTrajectory> submaps = run.slam.submaps();
   ASSERT_EQ(submaps.size(), 2U);
   EXPECT_EQ(submaps[0].submap, kFirstSubmap);
@@ -147,7 +147,7 @@ TEST_F(SlamSubmapTest, ASubmapThatIsLostYoungIsDropped) {
   run.Track(0, kCovered + kDark + 6);
   ASSERT_EQ(run.begun.size(), 1U);
   ASSERT_TRUE(HasPose(run.results.back().state));
-  // Back to the beginning, at once: the old map is found again.
+  // The camera returns to the beginning immediately: the old map is found again.
   std::vector<RgbdImage> again(Images().begin(), Images().begin() + 10);
   Stamp stamp = run.results.back().stamp;
   for (RgbdImage& image : again) {
@@ -161,8 +161,8 @@ TEST_F(SlamSubmapTest, ASubmapThatIsLostYoungIsDropped) {
   EXPECT_EQ(drops, 1);
 }
 
-// Who keeps clouds of keyframes must hear of those that are gone at once, however the submap is
-// left: an older one is found again, or the next one begins.
+// A user who stores clouds of keyframes must be notified of removed ones immediately, however the
+// submap ends: an older one is found again, or the next one begins.
 TEST_F(SlamSubmapTest, ASubmapThatIsDroppedIsTold) {
   for (const bool found_again : {true, false}) {
     SCOPED_TRACE(found_again);
@@ -207,7 +207,7 @@ TEST_F(SlamSubmapTest, ASessionBesideASavedMapJoinsIt) {
   Run first(Options());
   first.Track(0, kCovered);
   Map saved = first.slam.map().Clone();
-  // Clone() leaves the index out: what a file gives has one.
+  // Clone() omits the index: a loaded map has one.
   Map map;
   std::map<KeyFrameId, KeyFrameId> ids;
   for (const KeyFrameId id : saved.keyframe_ids()) {
@@ -235,7 +235,7 @@ TEST_F(SlamSubmapTest, ASessionBesideASavedMapJoinsIt) {
   EXPECT_EQ(slam.submaps().size(), 1U);
 }
 
-// The colour of every third image is that of the one before; its depth is new.
+// The colour of every third image repeats the previous one; its depth is new.
 TEST_F(SlamSubmapTest, RepeatedColourImagesCostNoTrack) {
   const auto run = [&](bool repeat) {
     SlamSystem slam({.camera = Camera()}, Options());
@@ -251,8 +251,8 @@ TEST_F(SlamSubmapTest, RepeatedColourImagesCostNoTrack) {
     EXPECT_EQ(lost, 0);
     return AbsolutePoseError(walk_->truth, slam.trajectory()).statistics.rmse;
   };
-  // A third of the poses are predictions, over 0.1 s: a walk that accelerates by 0.4 m/s^2 is 2 mm
-  // off by then. Without repetition they are 4 mm off, and measured it is the same with it.
+  // A third of the poses are predictions, over 0.1 s: at 0.4 m/s^2 a prediction is 2 mm off.
+  // Without repetition the poses are 4 mm off, and the measured value with it is the same.
   EXPECT_LT(run(true), run(false) + 0.002);
 }
 

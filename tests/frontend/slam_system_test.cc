@@ -62,7 +62,8 @@ TEST_F(SlamSystemTest, RefusesDepthInTheUnitOfTheSensorAndSaysSo) {
   const auto track = [&] { system.Track(raw); };
   testing::ExpectError("depth must be in metres, but all of it lies beyond 100 m (median ", track);
   testing::ExpectError("divide it by the depth factor", track);
-  // It leaves no trace; and neither no depth nor far depth behind near one is anything to refuse.
+  // The rejected image has no effect; neither missing depth nor far depth after near depth is
+  // rejected.
   RgbdImage empty = Images()[0];
   empty.depth = cv::Mat(240, 320, CV_32FC1, 0.0F);
   system.Track(empty);
@@ -213,7 +214,7 @@ TEST_F(SlamSystemTest, CallbacksTellOfEveryFrameAndKeyFrame) {
   std::vector<Stamp> expected;
   std::size_t made = 0;
   for (std::size_t i = 0; i < 30; ++i) {
-    // A frame that is lost is told of as well.
+    // Lost frames are reported as well.
     const RgbdImage& image = i == 20 ? Blank(Images()[i].stamp) : Images()[i];
     made += system.Track(image).mapping ? 1u : 0u;
     expected.push_back(image.stamp);
@@ -226,7 +227,7 @@ TEST_F(SlamSystemTest, CallbacksTellOfEveryFrameAndKeyFrame) {
   EXPECT_EQ(maps, 1);
 }
 
-// What a dense map is made of: each keyframe once, and at last where all of them are.
+// Input of a dense map: each keyframe once, and finally the poses of all of them.
 TEST_F(SlamSystemTest, EventsHoldEachKeyframeAndItsLastPlace) {
   SlamSystem system(Sensor());
   std::map<std::int64_t, Pose> keyframes;
@@ -302,7 +303,7 @@ TEST_F(SlamSystemTest, OneStampFarInTheFutureIsRefusedAndTheOthersGoOn) {
     EXPECT_THROW(system.Track(image), InvalidArgument) << wrong;
     EXPECT_EQ(system.Track(Images()[next++]).state, TrackingState::kTracking) << wrong;
   }
-  // The same wrong stamp once more, later on, is no pause.
+  // The same wrong stamp again, later on, is not a pause.
   RgbdImage wrong = Images()[next];
   wrong.stamp = Images()[0].stamp + kYear;
   EXPECT_THROW(system.Track(wrong), InvalidArgument);
@@ -335,8 +336,9 @@ TEST_F(SlamSystemTest, NoiseIsLearntOnFromAMapThatIsGiven) {
   const SlamSystem blank(Sensor()), again(Sensor(), {}, std::nullopt, first.map().Clone());
   const SlamOptions known{.tracker = {.learn_noise = false}};
   const SlamSystem as_known(Sensor(), known, std::nullopt, first.map().Clone());
-  // By ten keyframes at once, where the first had seen them one by one: on the same side, and by
-  // half as much at least. Corners of the finest level are many, and better than is known.
+  // Ten keyframes are added at once, whereas the first system added them one by one: the estimate
+  // is on the same side, and at least half as far. Corners of the finest level are many, and more
+  // accurate than specified.
   const double beginning = blank.noise().point_px[0], learnt = first.noise().point_px[0];
   EXPECT_LT(learnt, 0.95 * beginning);
   EXPECT_LT(again.noise().point_px[0], 0.5 * (beginning + learnt));

@@ -16,8 +16,8 @@ using testing::LoopScene;
 using testing::LoopSceneOptions;
 using testing::operator""_kf;
 
-// The second half of the walk begins elsewhere, knows nothing of the first, and comes back to where
-// that began: in view from the 28th keyframe on.
+// The second half of the walk begins at another place in a separate map and returns to its
+// beginning: in view from the 28th keyframe on.
 const LoopSceneOptions kTwoSubmaps{.drift = {0.002, 0.001, 0.0}, .submap_from = 18, .jump = 12};
 constexpr int kInView = 28;
 
@@ -62,7 +62,7 @@ TEST(SubmapMerge, JoinsTheSubmapsThatShowOnePlace) {
   ASSERT_TRUE(walked.reports[1].bundle);
   EXPECT_TRUE(walked.reports[1].bundle->usable);
   EXPECT_EQ(scene.map.roots(), std::vector<SubmapId>{kFirstSubmap});
-  // 24 steps of 2.2 mm on either side of the seam; apart the worlds were metres off.
+  // There are 24 steps of 2.2 mm on either side of the seam; unmerged, the worlds were metres off.
   EXPECT_LT(scene.Rmse(), 0.06);
 }
 
@@ -98,7 +98,8 @@ TEST(SubmapMerge, APlaceThatHasMostlyChangedJoinsNothing) {
   EXPECT_GT(walked.refused, 0) << "and it is told why";
 }
 
-// A merge on another thread, while the submap that moves goes on: what is new moves along.
+// A merge on another thread, while the submap that moves grows: new keyframes and landmarks move
+// with it.
 TEST(SubmapMerge, WhatIsMappedMeanwhileMovesAlong) {
   LoopScene scene(kTwoSubmaps);
   LoopCloserOptions options;
@@ -124,7 +125,7 @@ class PlanMergeTest : public ::testing::Test {
     for (int i = 0; i < 26; ++i) scene.Add(i);
     edge = {.match = 23_kf, .keyframe = 24_kf, .Z = scene.truth[23].Inverse() * scene.truth[24]};
   }
-  // Where the loop puts the keyframe, against where it is in truth.
+  // Returns the distance between the keyframe's position by the loop and the true one.
   double Error() { return (scene.map.keyframe(24_kf)->T_WC.p() - scene.truth[24].p()).norm(); }
 
   LoopScene scene;
@@ -173,7 +174,7 @@ TEST_F(PlanMergeTest, ALoopThatTiltsGravityIsRefusedWithTheAngle) {
   EXPECT_LT(Error(), 1e-12) << "and moved about the keyframe";
 }
 
-// Somebody stands at another place in the one than in the other.
+// A person stands at different places in the two submaps.
 TEST_F(PlanMergeTest, WhatWasSeenToMoveContradictsNoPlace) {
   const DepthGrid grid(scene.model.camera());
   const cv::Size size(grid.camera().width, grid.camera().height);
@@ -193,7 +194,7 @@ TEST_F(PlanMergeTest, WhatWasSeenToMoveContradictsNoPlace) {
   };
   ASSERT_TRUE(share());
   EXPECT_GT(*share(), 0.2);
-  before.setTo(0.0F);  // as a keyframe has it of what moved
+  before.setTo(0.0F);  // as in a keyframe with the dynamic object masked out
   ASSERT_TRUE(share());
   EXPECT_EQ(*share(), 0.0);
 }

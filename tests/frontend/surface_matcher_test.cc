@@ -15,7 +15,7 @@ namespace {
 const PinholeCamera kCamera = RgbdSensor{}.camera;
 const DepthGrid kGrid(kCamera);
 const DepthNoise kNoise = DepthNoise::Kinect();
-// A box on the left, before the wall and above the floor: normals along x, y and z.
+// A box on the left, in front of the wall and above the floor: normals along x, y and z.
 const testing::BoxWorld kWorld{.boxes = {{{-1.6, -0.5, 2.0}, {-0.6, 1.0, 3.0}}}};
 
 cv::Mat Look(const Pose& T_WC, const testing::BoxWorld& world = kWorld) {
@@ -36,7 +36,7 @@ TEST(SurfaceMatcher, PatchesLieOnTheSurfacesWithTheirNormals) {
              fits(patch.a.z() - 2.0, -patch.n.z(), tolerance) ||  // front of the box
              fits(patch.a.x() + 0.6, patch.n.x(), tolerance);     // its side
     };
-    // Round the corner of the box a window may hold a little of its side.
+    // At the corner of the box a window may contain a little of its side.
     EXPECT_TRUE(on_surface(0.03)) << patch.a.transpose() << " with normal " << patch.n.transpose();
     exact += on_surface(1e-5) ? 1 : 0;  // floats of 4 m
   }

@@ -28,7 +28,7 @@ class TightCouplingTest : public ::testing::Test {
     newest_ = prior.estimate.stamp;
     coupling_.emplace(place_.scene().calibration(), place_.model(), options_, prior);
   }
-  // The stamp of the image; dark: it shows nothing.
+  // Returns the stamp of the image; dark: it shows nothing.
   Stamp Feed(bool dark = false) {
     const double t = kStart + kImageStep * ++image_;
     for (const ImuSample& reading : place_.scene().Readings(read_ + 0.005, t + 0.05)) {
@@ -120,7 +120,7 @@ TEST_F(TightCouplingTest, WhatComesWhileItWorksIsHandedBack) {
   EXPECT_EQ(asked_, 1);
 }
 
-// Odometry of a body in a mapped place, its images late.
+// Odometry of a body in a mapped place, with delayed images.
 class CoupledOdometry : public ::testing::TestWithParam<bool> {
  protected:
   static InertialOptions Options() {
@@ -131,7 +131,8 @@ class CoupledOdometry : public ::testing::TestWithParam<bool> {
   }
 };
 
-// Ninety images, ten of them dark; the map's world in that of the place then.
+// Processes ninety images, ten of them dark; returns the pose of the map's world in that of the
+// place.
 Pose Follow(MappedPlace& place, InertialOdometry& odometry) {
   constexpr double kStep = 0.05;
   double read = -0.005;
@@ -180,20 +181,21 @@ TEST_P(CoupledOdometry, FindsWhereTheCameraSits) {
   Follow(place, odometry);
   ASSERT_EQ(odometry.status(), InertialStatus::kRunning);
   const Pose error = truth.Inverse() * odometry.T_BC();
-  // Of 17 mrad; four seconds of motion hardly show the place, known to 10 mm on each axis before.
+  // The initial error is 17 mrad; four seconds of motion hardly constrain the position, known to 10
+  // mm on each axis before.
   EXPECT_LT(error.Angle(), 4e-3);
   EXPECT_LT(error.p().norm(), 0.02);
 }
 
 INSTANTIATE_TEST_SUITE_P(InLockstepAndBeside, CoupledOdometry, ::testing::Bool());
 
-// A window that has much to do: how long an image takes, in milliseconds.
+// Measures the time of an image in a window with much work, in milliseconds.
 TEST_F(TightCouplingTest, WhatIsCancelledEndsLongBeforeItsWorkIsDone) {
   options_.tight.max_points = 2000, options_.tight.max_lines = 200;
   Begin();
   const auto now = [] { return std::chrono::steady_clock::now(); };
   std::chrono::duration<double> whole{}, waited{}, cancelled{};
-  for (int k = 0; k < 4; ++k) {  // the last of them is of a window with states and landmarks
+  for (int k = 0; k < 4; ++k) {  // the last one has a window with states and landmarks
     Feed();
     const auto begin = now();
     Await();
@@ -205,7 +207,7 @@ TEST_F(TightCouplingTest, WhatIsCancelledEndsLongBeforeItsWorkIsDone) {
   waited = now() - begin;
   while (!coupling_->IsDone()) std::this_thread::yield();
   cancelled = now() - begin;
-  // Of the work that was cancelled at its very beginning little is done, on however busy a machine.
+  // Little of the work is done if it is cancelled at its very beginning, on however busy a machine.
   EXPECT_LT(waited, whole) << "it does not wait";
   EXPECT_LT(cancelled, whole);
 }

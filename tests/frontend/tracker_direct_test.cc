@@ -13,12 +13,12 @@ using testing::SceneMap;
 using testing::SeeGrids;
 using testing::SyntheticView;
 
-// A camera whose second image is smeared: no corner and no line is left, but light and dark are.
+// A camera whose second image is smeared: no corner and no line is left, only coarse grey levels.
 class TrackerDirectTest : public testing::TrackerTest {
  protected:
   TrackerDirectTest() : TrackerTest(500, 40, false) {}
 
-  // The first frame, with everything.
+  // Tracks the first frame, with all features.
   void Start(Tracker& tracker) {
     SyntheticView view = Look(scene, testing::IdealSensor(), kStart);
     auto features = std::make_shared<FrameFeatures>(*view.features);
@@ -47,7 +47,7 @@ TEST_F(TrackerDirectTest, ASmearedImageIsHeldByAllOfIt) {
   Tracker tracker(model, {});
   Start(tracker);
   const TrackedFrame tracked = TrackSmeared(tracker);
-  // A tenth of a cell at the wall, 4 m away.
+  // The tolerance is a tenth of a cell at the wall, 4 m away.
   ExpectAt(tracked, kNext, 0.005);
   EXPECT_EQ(tracked.num_points + tracked.num_lines, 0);
   EXPECT_GT(tracked.information.trace(), 0.0);
@@ -68,7 +68,7 @@ TEST_F(TrackerDirectTest, AnotherPlaceIsNotHeld) {
 }
 
 TEST_F(TrackerDirectTest, AnotherDepthIsNotHeldHoweverAlikeTheLight) {
-  // The box stands on the other side: what either sees is before what the other does.
+  // The box stands on the other side: each view shows a surface in front of the other's.
   const testing::BoxWorld moved{.boxes = {testing::kBoxes.boxes[0].MovedBy({1.8, 0.0, 0.0})}};
   TrackerOptions options;
   options.direct.min_correlation = 0.0;
@@ -96,7 +96,7 @@ TEST_F(TrackerDirectTest, TheFewLandmarksThatAreLeftTakePart) {
   options.surfaces.enabled = false;
   Tracker tracker(model, options);
   Start(tracker);
-  // Fewer than hold a pose by themselves (25), enough where it is known (12).
+  // The points are too few to determine a pose alone (25), but enough with a known pose (12).
   const SyntheticView sharp = Look(scene, testing::IdealSensor(), kNext);
   auto features = std::make_shared<FrameFeatures>(SeeGrids(testing::kBoxes, kNext));
   const auto few = static_cast<std::ptrdiff_t>(20);

@@ -9,27 +9,27 @@
 
 namespace highwall::testing {
 
-// A loop of 20 cm within 60 frames, up to 2 cm and half a degree a frame.
+// Returns a pose on a loop of 20 cm within 60 frames, with up to 2 cm and half a degree a frame.
 inline Pose PoseOfFrame(int i) {
   const double phase = i * 2.0 * M_PI / 60.0;
   return Pose::FromTangent({0.2 * std::sin(phase), 0.1 * (1.0 - std::cos(phase)), 0.0},
                            {0.02 * std::sin(2 * phase), 0.08 * std::sin(phase), 0.0});
 }
 
-// A tracker in a scene that two keyframes know.
+// A tracker in a scene that two keyframes have mapped.
 class TrackerTest : public ::testing::Test {
  protected:
   explicit TrackerTest(int points = 500, int lines = 40, bool keyframes = true)
       : scene(MakeScene(15, points, lines)), scene_map(scene) {
     if (!keyframes) return;
-    // Two keyframes that see what the path will see.
+    // Two keyframes see all that the path will see.
     for (const Pose& T_WC : {Pose::FromTangent({-0.1, 0, -0.4}, {0, 0, 0}),
                              Pose::FromTangent({0.1, 0.1, -0.4}, {0, 0.05, 0})}) {
       scene_map.Add(Look(scene, IdealSensor(), T_WC), T_WC);
     }
   }
 
-  // As the system does: the first frame is the keyframe.
+  // As in the system, the first frame becomes the keyframe.
   void Start(Tracker& tracker, const Pose& T_WC) {
     const SyntheticView view = Look(scene, IdealSensor(), T_WC);
     const KeyFrameId id = scene_map.Add(view, T_WC);

@@ -1,4 +1,4 @@
-// Tracker where something in the image moves.
+// Tracker with dynamic objects in the image.
 #include <memory>
 #include <random>
 #include <vector>
@@ -22,7 +22,7 @@ using testing::SceneMap;
 using testing::SyntheticView;
 using testing::TrackerTest;
 
-// A box with marks on it slides before the scene, 3 cm a frame.
+// A box with marks on it slides in front of the scene, 3 cm a frame.
 class TrackerWithABox : public TrackerTest {
  protected:
   TrackerWithABox() : TrackerTest(150, 10) {
@@ -34,7 +34,7 @@ class TrackerWithABox : public TrackerTest {
     }
   }
 
-  // Frame i of the box and the scene behind it; the marks come last.
+  // Returns frame i of the box and the scene behind it; the marks come last.
   SyntheticView LookAt(int i, const Pose& T_WC) const {
     const Eigen::Vector3d shift(0.03 * i, 0.0, 0.0);
     Scene all;
@@ -45,7 +45,7 @@ class TrackerWithABox : public TrackerTest {
     }
     return WithDepth(Look(all, IdealSensor(), T_WC), T_WC, shift);
   }
-  // With the depth of the box, moved so far, and of a wall and a floor behind it.
+  // Adds the depth of the box, moved by `shift`, and of a wall and a floor behind it.
   SyntheticView WithDepth(SyntheticView view, const Pose& T_WC,
                           const Eigen::Vector3d& shift) const {
     auto features = std::make_shared<FrameFeatures>(*view.features);
@@ -57,7 +57,7 @@ class TrackerWithABox : public TrackerTest {
     view.features = features;
     return view;
   }
-  // Of the features that are left, those nearer than the scene.
+  // Returns the number of remaining features that are nearer than the scene.
   static int MarksIn(const TrackedFrame& tracked) {
     int count = 0;
     for (const PointFeature& point : tracked.frame.features->points) {
@@ -82,14 +82,14 @@ TEST_F(TrackerWithABox, LeavesOutTheFeaturesOfWhatMoves) {
     if (i < 14) continue;
     EXPECT_FALSE(tracked.moving.empty()) << i;
     EXPECT_LE(MarksIn(tracked), kMarks / 10) << i;
-    // The rest of the scene stays, but for what the box hides or has just uncovered.
+    // The rest of the scene stays, except where the box hides or has just uncovered it.
     EXPECT_GT(tracked.points.size(), 0.6 * static_cast<double>(view.points.size() - kMarks)) << i;
   }
 }
 
-// The box stands, and the landmarks, which are all behind it, say a pose that is 5.5 cm off: the
-// box seems to have come nearer, by more than the 5 cm that noise and pose are allowed. Surfaces
-// tell that it has not.
+// The box is static, and the landmarks, which are all behind it, give a pose that is 5.5 cm off:
+// the box seems to have come nearer, by more than the 5 cm allowed for noise and pose. Surfaces
+// show that it has not.
 TEST_F(TrackerWithABox, NothingMovesWhereSurfacesLeaveAllInPlace) {
   for (const bool surfaces : {true, false}) {
     Tracker tracker(model, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8},
@@ -117,14 +117,14 @@ TEST_F(TrackerWithABox, NothingMovesWhereSurfacesLeaveAllInPlace) {
   }
 }
 
-// The box is in the map, and no depth is old enough to tell that it moves.
+// The box is in the map, and no depth is old enough to show that it moves.
 class TrackerWithABoxInTheMap : public TrackerWithABox {
  protected:
   TrackerWithABoxInTheMap() {
     all.points = scene.points;
     all.points.insert(all.points.end(), marks.points.begin(), marks.points.end());
   }
-  // Frames 1 to 8.
+  // Tracks frames 1 to 8.
   std::vector<TrackedFrame> Run(const MovingObjectOptions& moving) {
     Tracker tracker(model, {.moving = moving});
     SceneMap with_marks(all);
@@ -148,7 +148,7 @@ TEST_F(TrackerWithABoxInTheMap, LeavesItOutAsItsLandmarksMove) {
   for (const TrackedFrame& tracked : Run({})) {
     ExpectAt(tracked, PoseOfFrame(++i), 1e-6);
     EXPECT_EQ(MarksIn(tracked), 0) << i;
-    // The rest stays, but for what is near to the box in the image.
+    // The rest stays, except near the box in the image.
     const auto all_points = static_cast<double>(LookAt(i, PoseOfFrame(i)).points.size());
     EXPECT_GT(tracked.points.size(), 0.8 * (all_points - kMarks)) << i;
   }

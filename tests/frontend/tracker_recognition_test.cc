@@ -1,5 +1,5 @@
-// What Tracker refuses although enough landmarks agree with a pose: a place that looks alike only,
-// and depth that contradicts the map.
+// Rejections by Tracker although enough landmarks agree with a pose: a place that only looks
+// similar, and depth that contradicts the map.
 #include <cstddef>
 #include <memory>
 #include <random>
@@ -27,7 +27,7 @@ class RecognitionTest : public TrackerTest {
  protected:
   RecognitionTest() : TrackerTest(500, 40, false) {}
 
-  // The scene where a share of the landmarks has given way to others.
+  // Returns the scene in which a share of the landmarks is replaced by others.
   Scene Changed(double share) const {
     Scene changed = scene;
     std::mt19937 rng(4);
@@ -40,7 +40,7 @@ class RecognitionTest : public TrackerTest {
     }
     return changed;
   }
-  // world: what the depth is of; the landmarks know nothing of it.
+  // world: source of the depth, independent of the landmarks.
   SyntheticView See(const Scene& seen, const BoxWorld& world, int frame) const {
     SyntheticView view = Look(seen, IdealSensor(), PoseOfFrame(frame));
     auto features = std::make_shared<FrameFeatures>(*view.features);
@@ -49,7 +49,7 @@ class RecognitionTest : public TrackerTest {
     view.features = features;
     return view;
   }
-  // Some frames that find all that they should; the first is the keyframe.
+  // Tracks some frames that find all expected landmarks; the first is the keyframe.
   void Begin(Tracker& tracker) {
     const SyntheticView view = See(scene, room, 0);
     TrackedFrame tracked;
@@ -60,7 +60,7 @@ class RecognitionTest : public TrackerTest {
       ASSERT_EQ(Track(tracker, See(scene, room, i), i).state, TrackingState::kTracking) << i;
     }
   }
-  // The camera sees `view` next, or, lost in between, after one in which there is nothing.
+  // Tracks `view` next; if `lost`, after a frame without any features.
   TrackedFrame Next(const SyntheticView& view, bool lost, const TrackerOptions& options = {}) {
     Tracker tracker(model, options);
     Begin(tracker);
@@ -71,7 +71,7 @@ class RecognitionTest : public TrackerTest {
     return Track(tracker, view, lost ? 6 : 5);
   }
 
-  // A box on one side, one on the other: each room looks through the box of the other.
+  // There is a box on one side, and one on the other: each room sees through the box of the other.
   const BoxWorld room{.boxes = {{{-1.6, -1.2, 2.0}, {-0.3, 1.0, 2.5}}}};
   const BoxWorld mirrored{.boxes = {{{0.3, -1.2, 2.0}, {1.6, 1.0, 2.5}}}};
   const BoxWorld empty{};
@@ -109,7 +109,7 @@ TEST_F(RecognitionTest, WithoutDepthOnEitherSideLandmarksAloneDecide) {
   ExpectAt(Next(Look(scene, IdealSensor(), PoseOfFrame(6)), kLost), PoseOfFrame(6), 1e-4);
 }
 
-// Followed, not lost: a frame may find little for a while, and much of it may be new.
+// Tracked frames, not lost ones: a frame may find little for a while, and much of it may be new.
 TEST_F(RecognitionTest, AFrameThatFollowsIsRefusedOnlyWhereItFindsLittleAndDepthContradictsIt) {
   const Scene little = Changed(0.65);
   ExpectAt(Next(See(little, room, 5), kFollowed), PoseOfFrame(5), 1e-4);

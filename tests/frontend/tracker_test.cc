@@ -62,7 +62,7 @@ TEST_F(TrackerTest, FollowsAPathOfExactFeatures) {
     }
     EXPECT_EQ(tracked.num_points, points);
     EXPECT_EQ(tracked.num_lines, lines);
-    // All but what a chance neighbour, or the border of a level, hides.
+    // All are found except those hidden by a random neighbour or by the border of a level.
     EXPECT_GT(points, static_cast<int>(view.points.size()) * 8 / 10) << i;
     EXPECT_GT(lines, static_cast<int>(view.lines.size()) * 6 / 10) << i;
   }
@@ -79,8 +79,8 @@ TEST_F(TrackerTest, FollowsAPathWithNoise) {
     ASSERT_EQ(tracked.state, TrackingState::kTracking) << i;
     sum += (tracked.T_WC.p() - PoseOfFrame(i).p()).squaredNorm();
   }
-  // Corners of 0.5 to 1.8 px by their level, 525 px, 3 m, some two hundred of them: 0.4 mm were the
-  // rotation known; several times that as it is not.
+  // Corners of 0.5 to 1.8 px by their level, 525 px, 3 m, some two hundred of them: 0.4 mm if the
+  // rotation were known; several times that because it is not.
   EXPECT_LT(std::sqrt(sum / 59.0), 3e-3);
 }
 
@@ -120,7 +120,7 @@ TEST_F(TrackerTest, ForeignFrameIsLostAndAKnownPlaceIsFoundAgain) {
     EXPECT_EQ(lost.num_points, 0);
     EXPECT_EQ(lost.reference, kNoId);
   }
-  // Elsewhere: nothing but descriptors can find it.
+  // The camera is at another place: only descriptors can find it.
   const TrackedFrame again = Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(20)), 5);
   ExpectAt(again, PoseOfFrame(20), 1e-6);
   EXPECT_TRUE(again.relocalized);
@@ -132,7 +132,7 @@ TEST_F(TrackerTest, ForeignFrameIsLostAndAKnownPlaceIsFoundAgain) {
 TEST_F(TrackerTest, JumpIsBridgedByTheReferenceKeyFrame) {
   Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
-  // A roll of 40 degrees: orientations and places are off, descriptors are not.
+  // After a roll of 40 degrees, orientations and positions are off, descriptors are not.
   const Pose jumped = PoseOfFrame(0) * Pose::FromTangent({0.1, 0, 0}, {0, 0, 0.7});
   ExpectAt(Track(tracker, Look(scene, IdealSensor(), jumped)), jumped, 1e-6);
 }
@@ -171,7 +171,7 @@ TEST_F(TrackerTest, LandmarksRemovedMeanwhileAreNoHarm) {
 
 TEST_F(TrackerTest, AnchorMovesTheLastFrame) {
   Tracker tracker(model, {});
-  // The whole map moves by a metre, as an adjustment may do; the anchor tells the tracker.
+  // The whole map moves by a metre, as an adjustment may do; the tracker is notified by the anchor.
   const Pose T_shift = Pose::FromTangent({1, 0, 0}, {0, 0, 0.3});
   for (const PointId id : scene_map.map.point_ids()) {
     scene_map.map.point(id)->p_W = T_shift * scene_map.map.point(id)->p_W;
@@ -195,15 +195,15 @@ TEST_F(TrackerTest, AnchorMovesTheLastFrame) {
   EXPECT_FALSE(next.relocalized);
 }
 
-// At 10 Hz, 9 cm and 9 degrees from image to image, some 100 px: nothing but the prediction finds
-// the landmarks again, within 10 px.
+// At 10 Hz the motion is 9 cm and 9 degrees from image to image, some 100 px: only the prediction
+// finds the landmarks again, within 10 px.
 class TrackerWithoutFallback : public TrackerTest {
  protected:
   const MeasurementModel narrow_model{IdealSensor(),
                                       {.search = {.motion_radius = 5.0, .map_radius = 2.0}}};
   static TrackerOptions Options() {
     TrackerOptions options;
-    // What is not predicted is lost.
+    // Without a prediction the camera is lost.
     options.relocalizer.min_matches = 100'000;
     options.relocalizer.min_line_inliers = 100'000;
     return options;
@@ -214,8 +214,8 @@ class TrackerWithoutFallback : public TrackerTest {
     return PoseOfFrame(0) * Pose::FromTangent({0, 0, 0}, {0, -0.4, 0}) *
            Pose(so3::Exp(theta), so3::RightJacobian(-theta) * (t * v));
   }
-  // Images at these times, in steps of 0.1 s; the first two steps are short, for the camera is not
-  // known to move before.
+  // Tracks images at these times, in steps of 0.1 s; the first two steps are short, because the
+  // motion is not known before.
   void ExpectFollowed(const std::vector<double>& times) {
     Tracker tracker(narrow_model, Options());
     Start(tracker, PoseAt(0.0));
@@ -237,8 +237,8 @@ TEST_F(TrackerWithoutFallback, ImagesNeedNoRate) {
   ExpectFollowed({0.006, 0.04, 0.17, 0.19, 0.32, 0.324, 0.5});
 }
 
-// Blur smears corners by ten pixels or so: most matches deny the pose, and those that do not are
-// enough.
+// Blur smears corners by about ten pixels: most matches are inconsistent with the pose, and the
+// remaining ones are enough.
 SyntheticView Smeared(const SyntheticView& view, double share) {
   std::mt19937 rng(4);
   auto smeared = std::make_shared<FrameFeatures>(*view.features);
@@ -265,15 +265,15 @@ TEST_F(TrackerInBlur, IsHeldByTheFewThatAgree) {
     SCOPED_TRACE(i);
     const SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(i));
     const TrackedFrame tracked = Track(tracker, Smeared(view, 0.75), i);
-    // A few that were smeared little still fit: 2 px at 3 m are 1 cm.
+    // A few that were smeared little still match: 2 px at 3 m are 1 cm.
     ExpectAt(tracked, PoseOfFrame(i), 0.01);
     EXPECT_LT(tracked.num_points, static_cast<int>(view.points.size()) * 4 / 10);
   }
 }
 
-// A turn before things that look alike. To a tracker that expects to stand still, a few seem not to
-// have moved, all alike, and many seem to have moved a little, each otherwise: they deny that pose,
-// and tell none. What is seen once only has left its window.
+// A rotation in front of similar objects. For a tracker that predicts no motion, a few points seem
+// not to have moved, consistently, and many seem to have moved a little, each in another direction:
+// they contradict that pose, and give no other. The unique points have left their search windows.
 class TrackerBeforeTwins : public TrackerInBlur {
  protected:
   SyntheticView LookAtTwins() const {
@@ -309,7 +309,7 @@ class TrackerBeforeTwins : public TrackerInBlur {
     TrackerOptions options;
     options.relocalizer.ransac_iterations = 2000;
     options.doubtful_agreement = doubtful_agreement;
-    options.doubtful_share = options.doubtful_drop = 0.0;  // this alone is to tell
+    options.doubtful_share = options.doubtful_drop = 0.0;  // only the agreement may decide
     Tracker tracker(narrow_model, options);
     Start(tracker, PoseOfFrame(0));
     return Track(tracker, LookAtTwins());
@@ -374,7 +374,7 @@ TEST(TrackingState, HasANameForEach) {
   EXPECT_STREQ(ToString(TrackingState::kLost), "lost");
 }
 
-// A dozen points in view and no lines, before a wall, a floor and a box.
+// A dozen points in view and no lines, in front of a wall, a floor and a box.
 class BareRoom : public TrackerTest {
  protected:
   BareRoom() : TrackerTest(26, 0, false) {}

@@ -27,34 +27,36 @@ constexpr double kReadout = 0.025;  // [s]
 
 class TrackerTiming : public TrackerTest {
  protected:
-  // Frame i as rows see it that are read out over kReadout, with the motion from the frame before.
+  // Returns frame i of a rolling shutter with readout kReadout, with the motion from the previous
+  // frame.
   SyntheticView SeenByRows(int i) const {
     const RgbdSensor sensor = IdealSensor();
     SyntheticView view = Look(scene, sensor, PoseOfFrame(i),
                               {.px = 0.5, .depth = true, .seed = static_cast<unsigned>(i)});
     const double dt = ToSeconds(MakeFrame(view, i).stamp - MakeFrame(view, i - 1).stamp);
     const Twist motion = Twist::Between(PoseOfFrame(i - 1).Inverse() * PoseOfFrame(i), dt);
-    // Backwards in time: what is seen is the moment moved to the rows, to a tenth of a pixel.
+    // Backwards in time: the observation is that of one instant moved to the rows, to a tenth of a
+    // pixel.
     view.features = AtMiddleRow(*view.features, sensor.camera, -kReadout, motion);
     return view;
   }
 
-  // The motion at frame i of a camera that shakes: no step between images tells it.
+  // Returns the motion at frame i of a shaking camera, which no step between images reveals.
   static Twist Shaken(int i) {
     Twist motion = Twist::Between(PoseOfFrame(i - 1).Inverse() * PoseOfFrame(i), 1.0 / 30.0);
     motion.omega.z() += i % 2 == 0 ? 1.0 : -1.0;
     return motion;
   }
 
-  // Frame i, of which an IMU tells that.
+  // Tracks frame i, for which the IMU predicts this motion.
   TrackedFrame Told(Tracker& tracker, int i) {
     KnownPose known{PoseOfFrame(i)};
     known.motion = Shaken(i);
     return tracker.Track(MakeFrame(SeenByRows(i), i), scene_map.map, known);
   }
 
-  // Whether a keyframe made of what `track` returns, some frame after the fourth, is left alone
-  // after the next frame.
+  // Returns whether a keyframe made of the result of `track`, some frame after the fourth, is left
+  // unchanged after the next frame.
   bool StaysAsItWas(const std::function<TrackedFrame(Tracker&)>& track) {
     Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
     Start(tracker, PoseOfFrame(0));
@@ -71,8 +73,7 @@ class TrackerTiming : public TrackerTest {
     return keyframe.frame.features == before;
   }
 
-  // Follows 240 frames and returns the root mean square of the errors of position [m] of the last
-  // 60.
+  // Tracks 240 frames and returns the RMS position error [m] of the last 60.
   double Follow(Tracker& tracker) {
     Start(tracker, PoseOfFrame(0));
     double sum = 0.0;
@@ -96,7 +97,7 @@ TEST_F(TrackerTiming, FindsTheReadoutAndItsPosesAreAsGoodAsWithTheKnownOne) {
   EXPECT_NEAR(estimate.value.colour_readout, kReadout,
               std::max(0.1 * kReadout, 3.0 * estimate.sigma.colour_readout));
   EXPECT_LT(estimate.sigma.colour_readout, 2e-3);
-  // Features without a grid of depth say nothing of when it was measured.
+  // Features without a depth grid contain no information on the time of depth.
   EXPECT_EQ(estimate.value.depth_readout, 0.0);
   EXPECT_EQ(estimate.value.depth_delay, 0.0);
   EXPECT_GT(estimate.sigma.depth_delay, 5e-3);
@@ -155,7 +156,7 @@ TEST_F(TrackerTiming, AKeyframeMadeBeforeTheReadoutWasFoundFollowsIt) {
   EXPECT_LT(after, 0.3 * before);
 }
 
-// A camera that shakes turns at an image as no step between images tells.
+// A shaking camera rotates at an image in a way that no step between images reveals.
 TEST_F(TrackerTiming, RowsFollowTheMotionThatAnImuTells) {
   const RgbdSensor sensor = IdealSensor();
   const auto follow = [&](bool told, double readout) {
@@ -176,7 +177,7 @@ TEST_F(TrackerTiming, RowsFollowTheMotionThatAnImuTells) {
     }
     return std::sqrt(sum / 39.0);
   };
-  // The first frame, of whose motion nothing is known, is the same in all.
+  // The first frame, whose motion is unknown, is the same in all.
   const double at_once = follow(true, 0.0), told = follow(true, kReadout);
   EXPECT_LT(told, 1.1 * at_once);
   EXPECT_GT(follow(false, kReadout), 3.0 * told);
@@ -188,7 +189,7 @@ TEST_F(TrackerTiming, TheReadoutIsFoundByTheMotionThatAnImuTells) {
   for (int i = 1; i < 120; ++i) {
     KnownPose known{PoseOfFrame(i)};
     known.motion = Twist::Between(PoseOfFrame(i - 1).Inverse() * PoseOfFrame(i), 1.0 / 30.0);
-    known.motion->v *= 1.5;  // of the step it would be a read-out of 1.5 times the true one
+    known.motion->v *= 1.5;  // by the step the read-out would be 1.5 times the true one
     known.motion->omega *= 1.5;
     SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(i),
                               {.px = 0.5, .depth = true, .seed = static_cast<unsigned>(i)});
@@ -199,7 +200,8 @@ TEST_F(TrackerTiming, TheReadoutIsFoundByTheMotionThatAnImuTells) {
   EXPECT_NEAR(estimate.value.colour_readout, kReadout, 0.1 * kReadout);
 }
 
-// The step after a keyframe tells its motion better than the one before, and not than an IMU.
+// The step after a keyframe gives a better motion than the step before, but not a better one than
+// an IMU.
 TEST_F(TrackerTiming, AKeyframeKeepsTheMotionThatAnImuTold) {
   EXPECT_TRUE(StaysAsItWas([&](Tracker& tracker) { return Told(tracker, 5); }));
   EXPECT_FALSE(StaysAsItWas([&](Tracker& tracker) { return Track(tracker, SeenByRows(5), 5); }));
@@ -209,7 +211,7 @@ TEST_F(TrackerTiming, AMotionThatImagesContradictIsNotKept) {
   EXPECT_FALSE(StaysAsItWas([&](Tracker& tracker) {
     KnownPose known{PoseOfFrame(5)};
     known.motion = Shaken(5);
-    known.motion->v.z() += 30.0;  // readings of a blow to the sensor
+    known.motion->v.z() += 30.0;  // readings of an impact on the sensor
     return tracker.Track(MakeFrame(SeenByRows(5), 5), scene_map.map, known);
   }));
 }
@@ -226,7 +228,7 @@ TEST_F(TrackerTiming, ACutInARecordingIsNoMotion) {
   Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 20; ++i) Track(tracker, SeenByRows(i), i);
-  // Frame 50 takes the place of frame 20: 30 cm within an image's time.
+  // Frame 50 replaces frame 20: 30 cm within the time of one image.
   const SyntheticView cut = Look(scene, IdealSensor(), PoseOfFrame(50));
   const TrackedFrame tracked = Track(tracker, cut, 20);
   ASSERT_EQ(tracked.state, TrackingState::kTracking);
@@ -240,7 +242,7 @@ TEST_F(TrackerTiming, AFrameThatWasNotTrackedIsRememberedAsItWasSeen) {
   tracker.Forget();
   const TrackedFrame lost = Track(tracker, Look(foreign, IdealSensor(), PoseOfFrame(10)), 10);
   ASSERT_EQ(lost.state, TrackingState::kLost);
-  // As the system does: it begins another part of the map.
+  // As in the system, it begins another part of the map.
   KeyFrame& keyframe = scene_map.map.AddKeyFrame(lost.frame, PoseOfFrame(10));
   tracker.Anchor(lost, keyframe);
   const auto seen = keyframe.frame.features;

@@ -38,7 +38,7 @@ TEST(TriangulatePoint, IsExactWithoutNoise) {
   const std::vector<PointView> views{View(p_W, At(0.0)), View(p_W, At(0.2)), View(p_W, At(0.5))};
   const auto point = TriangulatePoint(kModel, views);
   ASSERT_TRUE(point);
-  EXPECT_LT((point->p_W - p_W).norm(), 1e-9);  // from a start that is right as well
+  EXPECT_LT((point->p_W - p_W).norm(), 1e-9);  // the start is exact as well
   EXPECT_LT(point->squared_error, 1e-12);
 }
 
@@ -63,7 +63,7 @@ TEST(TriangulatePoint, IsWithinItsCovariance) {
     residual += point->squared_error;
   }
   // Sums of chi-square of 3 and of 8 - 3 degrees of freedom, within three standard deviations; the
-  // bend of the projection adds a few percent.
+  // curvature of the projection adds a few percent.
   EXPECT_NEAR(position / kSeeds, 3.0, 3.0 * std::sqrt(6.0 / kSeeds) + 0.1);
   EXPECT_NEAR(residual / kSeeds, 5.0, 3.0 * std::sqrt(10.0 / kSeeds) + 0.1);
 }
@@ -84,7 +84,7 @@ TEST(TriangulatePoint, NeedsRaysThatMeetBeforeTheCameras) {
   const Eigen::Vector3d p_W(0.1, 0.1, 2.0);
   EXPECT_FALSE(TriangulatePoint(kModel, std::vector{View(p_W, At(0.0)), View(p_W, At(0.0))}))
       << "one ray twice";
-  // Towards each other from the left and the right, so that the rays meet behind.
+  // The cameras converge, from the left and the right, so that the rays meet behind them.
   PointView left = View(p_W, At(0.0)), right = View(p_W, At(0.5));
   std::swap(left.T_WC, right.T_WC);
   EXPECT_FALSE(TriangulatePoint(kModel, std::vector{left, right}));
@@ -92,7 +92,7 @@ TEST(TriangulatePoint, NeedsRaysThatMeetBeforeTheCameras) {
 
 class EpipolarMatcherTest : public ::testing::Test {
  protected:
-  // Of features that see the scene's points in the same order.
+  // Matches features that see the scene's points in the same order.
   std::vector<std::pair<int, int>> Match(const SyntheticView& a, const Pose& T_WA,
                                          const SyntheticView& b, const Pose& T_WB) {
     const std::vector<bool> all_a(a.points.size(), true), all_b(b.points.size(), true);
@@ -116,7 +116,8 @@ TEST_F(EpipolarMatcherTest, WhatIsOffTheLineOrNotWantedIsNoPair) {
   SyntheticView b = Look(scene, IdealSensor(), At(0.3));
   const auto before = Match(a, At(0.0), b, At(0.3));
   auto moved = std::make_shared<FrameFeatures>(*b.features);
-  // The cameras are side by side: lines lie along the rows, and 20 px are beyond any level's noise.
+  // The cameras are side by side: epipolar lines are along the rows, and 20 px exceed any level's
+  // noise.
   for (PointFeature& feature : moved->points) feature.uv.y() += 20.0;
   b.features = moved;
   EXPECT_LT(Match(a, At(0.0), b, At(0.3)).size(), before.size() / 10);
@@ -146,7 +147,7 @@ class DepthlessPointsTest : public ::testing::Test {
   const Scene scene = MakeScene(9, 200, 0);
   Map map;
   std::vector<KeyFrameId> ids;
-  std::vector<std::vector<int>> seen;  // by keyframe and feature, the scene's point
+  std::vector<std::vector<int>> seen;  // the scene's point, by keyframe and feature
 };
 
 TEST_F(DepthlessPointsTest, AreThoseThatSeveralKeyFramesSeeWithParallax) {
@@ -160,7 +161,7 @@ TEST_F(DepthlessPointsTest, AreThoseThatSeveralKeyFramesSeeWithParallax) {
     EXPECT_EQ(point.observations.front().keyframe, ids.back());
     const auto index = static_cast<std::size_t>(point.observations.front().index);
     const Eigen::Vector3d truth = scene.points[static_cast<std::size_t>(seen[2][index])].p_W;
-    // Four times the most that is allowed, in depth.
+    // The bound is four times the largest depth error that is allowed.
     EXPECT_LT((point.p_W - truth).norm(), 4.0 * 0.05 * truth.norm());
   }
 }
@@ -186,7 +187,7 @@ TEST_F(DepthlessPointsTest, AViewThatDeniesThePointIsLeftOut) {
   Add(0.3, 3);
   Add(0.4, 4);
   EXPECT_GT(Find({.min_views = 4}).size(), 40U);
-  // The pose of one is wrong along the epipolar lines, where matching does not see it.
+  // The pose of one keyframe is wrong along the epipolar lines, where matching cannot detect it.
   map.keyframe(ids[1])->T_WC = Pose::FromTangent({0.1, 0.005, 0}, {0, 0, 0}) * At(0.2);
   EXPECT_TRUE(Find({.min_views = 4}).empty());
   const auto found = Find({.min_views = 3});

@@ -127,7 +127,7 @@ TEST(TumDataset, NamesAMissingList) {
   ExpectContains(OpenMessage(folder.path()), "rgb.txt: is missing");
 }
 
-// The stamps of depth of WriteTum() are 5 ms later than those of colour.
+// Makes the depth stamps of WriteTum() 5 ms later than those of colour.
 void ShiftDepth(const std::filesystem::path& folder, double seconds, int frames = 6) {
   std::string list;
   for (int i = 0; i < frames; ++i) {
@@ -172,7 +172,7 @@ TEST(TumDataset, WarnsWhereSomeColourImagesHaveNoDepthInTime) {
                  "in the median; give --max-pair-difference 0.035");
   EXPECT_EQ(late.stamps_without_depth(), (std::vector<Stamp>{100'200'000'000, 100'300'000'000,
                                                              100'400'000'000, 100'500'000'000}));
-  // Where images of depth are missing no limit helps.
+  // If depth images are missing, no limit helps.
   WriteText(folder.path() / "depth.txt", "100.005 depth/100.png\n100.105 depth/101.png\n");
   const TumDataset few(folder.path());
   ASSERT_EQ(few.warnings().size(), 1U);
@@ -282,7 +282,7 @@ TEST(MetricDepth, IsNoneWhereNothingWasReadOrWhatWasLiesBeyondInfinity) {
   EXPECT_NEAR(depth.at<float>(1), 1.0 / 0.9, 1e-6);
   EXPECT_NEAR(depth.at<float>(2), 9.99 / 0.001, 1.0);  // a float's eighth digit of 0.001
   EXPECT_EQ(depth.at<float>(3), 0.0F);
-  // Metres already.
+  // The values are already metres.
   const cv::Mat metres = (cv::Mat_<float>(1, 2) << 2.0F, 0.0F);
   EXPECT_NEAR(MetricDepth(metres, 1.0, -0.01).at<float>(0), 2.0 / 1.02, 1e-6);
   EXPECT_EQ(MetricDepth(metres, 1.0, -0.01).at<float>(1), 0.0F);
@@ -364,7 +364,8 @@ TEST(TumImageList, NamesTheLineThatIsMalformed) {
 }
 
 TEST(AssociateNearest, PairsTheClosestFirstAndUsesEachOnce) {
-  // b[0] is within reach of both a[0] (15) and a[1] (3): it goes to a[1], and a[0] stays alone.
+  // b[0] is within reach of both a[0] (15) and a[1] (3): it is assigned to a[1], and a[0] stays
+  // unpaired.
   const auto pairs = AssociateNearest(List({0, 18, 100}), List({15, 104, 119}), 20);
   EXPECT_EQ(pairs, (std::vector<std::pair<std::size_t, std::size_t>>{{1, 0}, {2, 1}}));
 }

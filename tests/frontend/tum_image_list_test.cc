@@ -17,7 +17,7 @@ struct ReadList {
   std::vector<std::string> warnings;
 };
 
-// A list of this text, in a folder that is there meanwhile.
+// An image list with a given text, in a temporary folder.
 class ImageList : public ::testing::Test {
  protected:
   std::filesystem::path list() const { return folder_.path() / "rgb.txt"; }

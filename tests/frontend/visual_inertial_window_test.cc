@@ -31,8 +31,8 @@ using testing::MappedPlace;
 using testing::Start;
 using testing::StartSigma;
 
-// A window fed with an image every kImageStep. doubt: [m] and tenths of a radian, where it is said
-// that the start is known no better.
+// A window that receives an image every kImageStep. doubt: stated standard deviation of the start
+// pose, [m] and tenths of a radian.
 class Drive {
  public:
   Drive(const InertialSceneOptions& scene, const InertialOptions& options,
@@ -64,7 +64,7 @@ class Drive {
       place_.MoveMap(drift);
       T_MW_ = drift * T_MW_;
       const SeenLandmarks seen = place_.See(t);
-      // The rate as the motion has it: the mean reading is a matter of RateAt().
+      // The rate is the true one: the mean reading is the subject of RateAt().
       const Eigen::Vector3d omega_B = motion_.SampleAt(to).gyroscope;
       ASSERT_TRUE(window_->Add({.imu = &imu,
                                 .seen = blind ? nullptr : &seen,
@@ -74,7 +74,7 @@ class Drive {
     }
   }
 
-  // One more image, with a stop that is requested already; whether it joined.
+  // Adds one image with a stop already requested; returns whether it was added.
   bool GoWithStop() {
     const double t = kStart + kImageStep * ++image_;
     for (const ImuSample& reading : place_.scene().Readings(read_ + 0.005, t + 0.05)) {
@@ -89,7 +89,7 @@ class Drive {
     return window_->Add({.imu = &imu, .seen = &seen}, stop.get_token());
   }
 
-  // In the world of the map.
+  // Returns the error in the world of the map.
   Vector15 Error() {
     ImuState truth = place_.scene().StateAt(ToSeconds(window_->newest().stamp));
     truth.T_WB = T_MW_ * truth.T_WB;
@@ -107,7 +107,7 @@ class Drive {
   double read_ = kStart;
 };
 
-// Few landmarks, so that a test of many runs is short.
+// Returns options with few landmarks, so that a test of many runs is short.
 InertialOptions FewLandmarks() {
   InertialOptions options;
   options.tight.max_points = 40;
@@ -125,7 +125,8 @@ TEST(VisualInertialWindow, TracksTheTruthFromGoodImages) {
   Drive drive(scene, FewLandmarks(), {}, 0.0);
   drive.Go(35);
   const Vector15 error = drive.Error();
-  // What is left of the start's errors; images are without noise, and weigh as if they had some.
+  // These are the remaining errors of the start; images are without noise, but weighted as if
+  // noisy.
   EXPECT_LT(error.head<3>().norm(), 1e-3);               // [m]
   EXPECT_LT(error.segment<3>(3).norm(), 5e-4);           // [rad], of 1.7e-3
   EXPECT_LT(error.segment<3>(6).norm(), 4e-3);           // [m/s], of 0.035
@@ -158,9 +159,10 @@ TEST(VisualInertialWindow, AnOffsetThatIsNotFreeStaysAsItWas) {
 }
 
 TEST(VisualInertialWindow, MotionIsConsistentOverThirtySeeds) {
-  // NEES of velocity, of the biases and of t_d, after marginalizing: means over N runs of
-  // chi-squared, n +- sqrt(2 n / N). Not of the pose: what keyframes saw of a landmark is the same
-  // each time that it begins, so that the map's own error averages out less than is said.
+  // NEES of velocity, of the biases and of t_d, after marginalization: means over N runs of
+  // chi-squared, n +- sqrt(2 n / N). The pose is excluded: the keyframes' observations of a
+  // landmark are the same each time it begins, so that the map's own error averages out less than
+  // stated.
   constexpr int kRuns = 30;
   double pose = 0.0, velocity = 0.0, biases = 0.0, offset = 0.0;
   for (unsigned seed = 1; seed <= kRuns; ++seed) {
@@ -183,11 +185,11 @@ TEST(VisualInertialWindow, MotionIsConsistentOverThirtySeeds) {
   EXPECT_NEAR(offset / kRuns, 1.0, bound(1.0));
   EXPECT_GT(offset / kRuns, 0.3);
   EXPECT_GT(pose / kRuns, 6.0 - bound(6.0));
-  EXPECT_LT(pose / kRuns, 4.0 * 6.0);  // two standard deviations for one
+  EXPECT_LT(pose / kRuns, 4.0 * 6.0);  // two standard deviations instead of one
 }
 
 TEST(VisualInertialWindow, WhatLeavesIsNotForgotten) {
-  // Nothing moves gravity: it is known better with each state.
+  // Nothing changes gravity: it is known better with each state.
   InertialOptions options = FewLandmarks();
   options.window_states = 4;
   Drive drive({}, options);
@@ -198,11 +200,11 @@ TEST(VisualInertialWindow, WhatLeavesIsNotForgotten) {
     EXPECT_LT(after, 1.01 * before) << "image " << k;  // relinearized each time
     before = after;
   }
-  EXPECT_LT(before, 0.75 * 2e-3);  // [rad] of that at the start
+  EXPECT_LT(before, 0.75 * 2e-3);  // [rad] that of the start
 }
 
-// Information [1/m^2, 1/rad^2] on the four motions that nothing but the beginning tells: all of V
-// moved along an axis, or turned about gravity.
+// Returns the information [1/m^2, 1/rad^2] on the four motions that only the start constrains: all
+// of V moved along an axis, or rotated about gravity.
 Eigen::Vector4d GaugeInformation(const VisualInertialWindow& window) {
   const SlidingWindowSmoother& smoother = window.smoother();
   const Stamp newest = smoother.Stamps().back();
@@ -223,8 +225,8 @@ Eigen::Vector4d GaugeInformation(const VisualInertialWindow& window) {
 }
 
 TEST(VisualInertialWindow, PositionAndYawGainNoInformation) {
-  // Where V lies is hardly known at the beginning: what the images tell of the map, a million times
-  // as much, must not leak into it.
+  // The position of V is hardly known at the start: the images' information on the map, a million
+  // times as much, must not leak into it.
   InertialOptions options = FewLandmarks();
   options.window_states = 4;
   options.visual_noise.position = 1.0;
@@ -235,7 +237,7 @@ TEST(VisualInertialWindow, PositionAndYawGainNoInformation) {
   for (int k = 0; k < 8; ++k) {
     drive.Go(5);
     const Eigen::Vector4d after = GaugeInformation(drive.window());
-    // Yaw gains 4 % of what a standard deviation of a degree is worth, by linearizing anew.
+    // Yaw gains 4 % of the information of a standard deviation of a degree by relinearization.
     for (int i = 0; i < 4; ++i) EXPECT_LT(after[i], 1.1 * before[i]) << 5 * k << " axis " << i;
   }
 }
@@ -244,16 +246,16 @@ TEST(VisualInertialWindow, FollowsAMapThatDriftsAlong) {
   InertialOptions options = FewLandmarks();
   options.tight.map_drift = 5e-3;
   options.window_states = 4;
-  Drive drive({}, options, {}, 0.0);  // without noise of images, which moves 40 points by as much
-  drive.Go(35, 5e-3);                 // the map shifts by 12 mm, which its keyframes all agree on
+  Drive drive({}, options, {}, 0.0);  // image noise alone would move 40 points by as much
+  drive.Go(35, 5e-3);                 // the map shifts by 12 mm, consistently in all keyframes
   const Vector15 error = drive.Error();
-  // No landmark began longer ago than the window, 0.27 s, when the map was 1.3 mm elsewhere.
+  // No landmark began before the window, 0.27 s ago, when the map was 1.3 mm away.
   EXPECT_LT(error.head<3>().norm(), 2.5e-3);    // [m]
   EXPECT_LT(error.segment<3>(6).norm(), 0.01);  // [m/s] twice that speed
 }
 
-// With noise of images the newest position is off by what it is said to be, and on the average no
-// farther behind the map than above.
+// With image noise the error of the newest position matches its covariance, and its mean lag behind
+// the map is no larger than above.
 TEST(VisualInertialWindow, NoiseOfImagesDoesNotHoldItBackFromAMapThatDriftsOverTwentySeeds) {
   constexpr int kRuns = 20;
   Eigen::Vector3d behind = Eigen::Vector3d::Zero();
@@ -289,8 +291,8 @@ TEST(VisualInertialWindow, LandmarksWhoseErrorsAreNotIndependentCountForLess) {
     return drive.window().newest().covariance.diagonal().head<6>().eval();
   };
   const Eigen::Array<double, 6, 1> ratio = variance(9.0).array() / variance(1.0).array();
-  // Not nine times: by any scale the landmarks' places in the map, of a few views each, are as
-  // uncertain.
+  // The ratio is below nine: at any scale the landmarks' positions in the map, from a few views
+  // each, contribute the same uncertainty.
   EXPECT_GT(ratio.minCoeff(), 1.8) << ratio.transpose();
   EXPECT_LT(ratio.maxCoeff(), 9.0) << ratio.transpose();
 }
@@ -316,10 +318,10 @@ TEST(VisualInertialWindow, GoesOnFromThePriorOfAnotherWindow) {
   const InertialPrior same = next.Prior();
   EXPECT_EQ(same.estimate.stamp, prior.estimate.stamp);
   EXPECT_LT((same.estimate.state.v_WB - prior.estimate.state.v_WB).norm(), 1e-9);
-  // The map's error as of a beginning comes on top.
+  // The map's error at the start is added.
   const Matrix15 more = same.estimate.covariance - prior.estimate.covariance;
   EXPECT_GT(more.diagonal().head<6>().minCoeff(), 0.0);
-  EXPECT_LT(more.diagonal().head<3>().maxCoeff(), 2e-7);  // (0.3 mm)^2, and its turn 3 m away
+  EXPECT_LT(more.diagonal().head<3>().maxCoeff(), 2e-7);  // (0.3 mm)^2, and its rotation at 3 m
   EXPECT_NEAR(same.gravity_sigma(), prior.gravity_sigma(), 1e-4);
 }
 

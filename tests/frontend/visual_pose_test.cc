@@ -15,10 +15,10 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 const Pose kPose = Pose::FromTangent({1, 2, 3}, {0.1, -0.4, 0.3});
-// Landmarks that are believed as they are, and a common noise that hides next to nothing.
+// The landmarks' covariance is used as it is, and the common noise is almost zero.
 const VisualNoise kExact{.position = 1e-5, .rotation = 1e-5, .scale = 1.0, .min_error = 1e-6};
 
-// Positive definite, of some tenths of a millimetre and of a milliradian.
+// Returns a positive definite matrix, of some tenths of a millimetre and of a milliradian.
 Matrix6 RandomInformation(unsigned seed) {
   std::mt19937 rng(seed);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -43,7 +43,7 @@ TEST(VisualPose, MovesToWhereTheGradientVanishes) {
   const Matrix6 information = RandomInformation(2);
   Vector6 step;
   step << 1e-3, -2e-3, 5e-4, 1e-4, 2e-4, -3e-4;
-  // Of the cost |r|^2 / 2 whose minimum is one step away.
+  // The gradient is that of the cost |r|^2 / 2 whose minimum is one step away.
   const Vector6 gradient = -information * step;
   for (const double error : {0.1, 1.0, 7.0}) {
     const VisualPose visual = MakeVisualPose(kPose, information, gradient, error, kExact);
@@ -51,7 +51,7 @@ TEST(VisualPose, MovesToWhereTheGradientVanishes) {
   }
 }
 
-// A prediction as certain as the image draws the pose of a frame away from what the image sees.
+// A prediction as certain as the image biases the pose of a frame away from the image's optimum.
 TEST(VisualPose, OfATrackedFrameForgetsThePrediction) {
   using testing::IdealSensor;
   const testing::Scene scene = testing::MakeScene(15, 500, 40);
@@ -75,7 +75,7 @@ TEST(VisualPose, OfATrackedFrameForgetsThePrediction) {
   EXPECT_GT(drawn, 5e-4);
   const VisualPose visual =
       MakeVisualPose(tracked.T_WC, tracked.information, tracked.gradient, 1.0, kExact);
-  // The features are exact; one step leaves what is not linear over a few millimetres.
+  // The features are exact; one step leaves the nonlinear error over a few millimetres.
   EXPECT_LT(testing::PositionError(visual.T_WC, truth), 0.02 * drawn);
 }
 
@@ -85,7 +85,7 @@ TEST(VisualPose, MovesWithTheWorld) {
   const Pose T = Pose::FromTangent({0.3, -0.5, 2.0}, {0.2, 0.7, -0.4});
   const VisualPose moved = Moved(visual, T);
   EXPECT_TRUE(moved.T_WC.Matrix().isApprox((T * visual.T_WC).Matrix(), 1e-14));
-  // The residual of a pose that moved along is what it was.
+  // The residual of a pose that moved along is unchanged.
   Vector6 step;
   step << 1e-3, -2e-3, 5e-4, 1e-4, 2e-4, -3e-4;
   Vector6 moved_step = step;
@@ -96,7 +96,7 @@ TEST(VisualPose, MovesWithTheWorld) {
 }
 
 TEST(VisualPose, AnOpenDirectionStaysOpenAndUnmoved) {
-  // The direction u, across positions and rotations, without information.
+  // The direction u, across positions and rotations, has no information.
   Vector6 u;
   u << 0.6, 0.0, -0.3, 0.1, 0.5, 0.2;
   u.normalize();
@@ -151,7 +151,7 @@ TEST(VisualPose, TheFitOfTheLandmarksScalesTheirCovariance) {
   };
   EXPECT_TRUE(scaled(4.0, 1.0).isApprox(information / 4.0, 1e-3));
   EXPECT_TRUE(scaled(0.5, 3.0).isApprox(information / 1.5, 1e-3));
-  // Three landmarks that happen to fit exactly prove little.
+  // Three landmarks that happen to fit exactly are weak evidence.
   EXPECT_TRUE(scaled(0.0, 1.0).isApprox(information / 0.02, 0.02));
 }
 

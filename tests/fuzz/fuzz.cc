@@ -45,8 +45,8 @@ void WriteSeeds(const std::filesystem::path& folder) {
   }
 }
 
-// The file that is read, kept open from one input to the next: to open and empty it anew costs as
-// much as many a reader does.
+// The file under test, which stays open from one input to the next, because opening and truncating
+// it anew costs as much as many readers take.
 class InputFile {
  public:
   explicit InputFile(const std::filesystem::path& path)
@@ -83,7 +83,7 @@ const std::filesystem::path& ScratchFolder() {
 
 }  // namespace highwall::fuzz
 
-// PROGRAM --seeds FOLDER writes the seeds and ends.
+// PROGRAM --seeds FOLDER writes the seeds and exits.
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   if (*argc == 3 && std::string_view((*argv)[1]) == "--seeds") {
     highwall::fuzz::WriteSeeds((*argv)[2]);

@@ -7,27 +7,28 @@
 
 namespace highwall::fuzz {
 
-// A reader of files under test. Whatever the bytes, it reads them or throws IoError with the file's
-// name; anything else is a finding.
+// A file reader under test. For any bytes it must read them or throw IoError with the name of the
+// file. Anything else is a finding.
 struct Target {
   const char* file_name;
-  // Inputs to begin with, made by the writer of the format where there is one.
+  // Initial inputs, made by the writer of the format if there is one.
   std::vector<std::string> (*seeds)();
-  // The file made of an input; null where it is the input.
+  // Makes the file from an input; null if the file is the input.
   std::string (*file)(std::string_view input);
   void (*read)(const std::filesystem::path& path);
-  bool names_file = true;  // what is refused is this file, not one that it names
+  bool names_file = true;  // false if an error may name another file than this one
 };
 
 // Each program defines one.
 extern const Target kTarget;
 
-// What `write` writes to the path it is given.
+// Returns the content that `write` writes to the given path.
 template <class Write>
 std::string Written(const Write& write);
 
 std::string ReadBytes(const std::filesystem::path& path);
-// A folder of this process, in memory where the system has that; gone with the process.
+// A folder of this process, in memory if the system has a memory file system. It is removed when
+// the process exits.
 const std::filesystem::path& ScratchFolder();
 
 template <class Write>

@@ -31,7 +31,7 @@ const Target kTarget{
     .read =
         [](const std::filesystem::path& path) {
           const PoseGraph graph = ReadG2o(path);
-          // What was read can be written, and is a graph then as well.
+          // A graph that was read can be written and read again.
           const std::filesystem::path again = path.parent_path() / "again.g2o";
           WriteG2o(again, graph);
           ReadG2o(again);

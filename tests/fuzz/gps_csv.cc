@@ -19,7 +19,7 @@ const Target kTarget{
               "1,2,3,4\n\n2,3,4,5,1e-3,1,1\n"};
         },
     .file = nullptr,
-    // Every fix can be made a factor of.
+    // Every fix can be turned into a factor.
     .read =
         [](const std::filesystem::path& path) {
           for (const GpsFix& fix : ReadGps(path)) {

@@ -1,5 +1,5 @@
-// Where the compiler has no libFuzzer: PROGRAM [-max_total_time=S] [-seed=N] FOLDER... changes the
-// files of the folders at random and reads the result; PROGRAM FILE... reads the files.
+// Replaces libFuzzer if the compiler has none: PROGRAM [-max_total_time=S] [-seed=N] FOLDER...
+// mutates the files of the folders at random and reads the result; PROGRAM FILE... reads the files.
 #include <unistd.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ class Mutator {
 
  private:
   void ChangeOnce(std::string& bytes, const std::vector<std::string>& others) {
-    // Numbers at which readers stumble, as text and as bytes.
+    // Numbers that are critical for readers, as text and as bytes.
     static const std::array<std::string, 14> kTexts = {
         "0",          "-1",  "1e999", "-1e-999", "nan", "inf", "9223372036854775807",
         "4294967296", "1e9", "\n",    "\r\n",    " ",   "#",   std::string(8, '\xff')};

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kHeaderSize = 24;  // docs/map_file.md
 
-// So flat that its grid of depth is as small as inputs are.
+// So low that its depth grid is as small as typical inputs.
 PinholeCamera FlatCamera() {
   PinholeCamera camera;
   camera.height = 12;
@@ -25,7 +25,7 @@ PinholeCamera FlatCamera() {
   return camera;
 }
 
-// Two views of two points and a line.
+// A map with two views of two points and a line.
 Map SmallMap(const cv::Mat& depth_grid = {}) {
   auto features = std::make_shared<FrameFeatures>();
   for (const double u : {100.0, 300.0}) {
@@ -61,7 +61,7 @@ Map SmallMap(const cv::Mat& depth_grid = {}) {
   return map;
 }
 
-// With the depth around each view, and another world that knows up.
+// A map with the depth around each view and a second world with a known gravity direction.
 Map TwoWorlds() {
   Map map = SmallMap(cv::Mat(DepthGrid::SizeFor(FlatCamera()), CV_32FC1, cv::Scalar(2.0)));
   const SubmapId other = map.AddSubmap();
@@ -70,7 +70,7 @@ Map TwoWorlds() {
   return map;
 }
 
-// With the position of an antenna.
+// A map with the position of an antenna.
 Map Measured() {
   Map map = SmallMap();
   const ReferenceFrameId frame = map.factors().AddFrame({});
@@ -83,14 +83,15 @@ Map Measured() {
   return map;
 }
 
-// The version, then what the file holds behind its header. Of the older versions these are no whole
-// maps, for only the newest layout is written: their readers begin where it is the same.
+// Returns the version and then the content of the file after its header. For older versions this is
+// no complete map, because only the newest layout is written. Their readers start where it is the
+// same.
 std::string Input(char version, const PinholeCamera& camera, const Map& map) {
   return version +
          Written([&](const auto& path) { SaveMap(path, camera, map); }).substr(kHeaderSize);
 }
 
-// What a run does first with what was loaded must not throw.
+// The first operations of a run on a loaded map must not throw.
 void Use(SavedMap saved) {
   RgbdSensor sensor;
   sensor.camera = saved.camera;
@@ -140,7 +141,7 @@ const Target kTarget{
           seeds.push_back(Input(4, PinholeCamera(), Measured()));
           return seeds;
         },
-    // The header is made right: a checksum says nothing of who wrote it.
+    // The header is corrected, because a checksum does not authenticate the writer.
     .file =
         [](std::string_view input) {
           std::string file = "HWMAP\r\n\x1a";

@@ -18,8 +18,8 @@ inline DepthCamera SmallCamera() {
       .sigma = [](double z) { return 0.002 * z * z; }};
 }
 
-// What the camera sees at T_WC inside of a room from (-2, -1.2, -2) to (2, 0.8, 4) [m], y down:
-// exact depth, a colour a wall.
+// Returns the image of the camera at T_WC inside a room from (-2, -1.2, -2) to (2, 0.8, 4) [m], y
+// down: exact depth, and one colour per wall.
 inline KeyframeImage ViewOfBox(std::int64_t id, double seconds, const Pose& T_WC) {
   const Eigen::Vector3d low(-2.0, -1.2, -2.0), high(2.0, 0.8, 4.0);
   const PinholeCamera camera = SmallCamera().pinhole;
@@ -46,7 +46,7 @@ inline KeyframeImage ViewOfBox(std::int64_t id, double seconds, const Pose& T_WC
   return image;
 }
 
-// Six keyframes on a way of half a metre, a tenth of a second apart, with ids 0, 2, ..., 10.
+// Six keyframes on a path of half a metre, a tenth of a second apart, with ids 0, 2, ..., 10.
 inline std::vector<KeyframeImage> WalkThroughBox() {
   std::vector<KeyframeImage> keyframes;
   for (int i = 0; i < 6; ++i) {

@@ -42,7 +42,7 @@ TEST(DenseCloud, MergesKeyframesInTheWorld) {
   EXPECT_TRUE(cloud.IsCurrent());
   const auto merged = cloud.Merged();
   ASSERT_EQ(merged.size(), 1u);
-  // Stored to 1.25 m / 32767.
+  // Coordinates are stored in steps of 1.25 m / 32767.
   EXPECT_LT((merged[0].p - Eigen::Vector3f(0.25f, 0.25f, 1.25f)).norm(), 4e-5f);
   EXPECT_EQ(merged[0].rgb[0], 150);
 }
@@ -58,12 +58,12 @@ TEST(DenseCloud, PointsAndNormalsFollowTheirKeyframeWhenItMoves) {
   EXPECT_FALSE(cloud.IsCurrent());
   EXPECT_TRUE(cloud.Rebuild());
   const ColoredPoint moved = cloud.Merged().at(0);
-  // Half a quantum of 3 m / 32767 along each axis.
+  // Half a quantization step of 3 m / 32767 along each axis.
   EXPECT_LT((moved.p.cast<double>() - T_WC * Eigen::Vector3d(1, 2, 3)).norm(), 1e-4);
   EXPECT_LT((moved.normal.cast<double>() - T_WC.R() * -Eigen::Vector3d::UnitZ()).norm(), 1e-6);
 }
 
-// Keyframes along a corridor; neighbours overlap.
+// Keyframes along a corridor, where neighbours overlap.
 Points Scan(std::int64_t id) {
   std::mt19937 rng(static_cast<unsigned>(id) + 1u);
   std::uniform_real_distribution<float> u(-1.0f, 1.0f);
@@ -75,7 +75,7 @@ Points Scan(std::int64_t id) {
   return points;
 }
 
-// A big voxel for many points in common; all of them are stored.
+// A large voxel contains many common points, and all of them are stored.
 DenseCloudOptions Coarse() {
   return {.voxel_size = 0.05, .max_observations = 256};
 }
@@ -91,7 +91,7 @@ Points FromScratch(const Poses& poses) {
 }
 
 TEST(DenseCloud, EqualsACloudFromScratchAfterKeyframesMoved) {
-  for (const std::size_t moved : {2, 20}) {  // some blocks, all blocks
+  for (const std::size_t moved : {2, 20}) {  // some blocks, then all blocks
     Poses poses;
     DenseCloud cloud(Coarse());
     for (std::int64_t id = 0; id < 20; ++id) {
@@ -128,7 +128,7 @@ TEST(DenseCloud, ResultDependsOnTheContentAlone) {
 }
 
 TEST(DenseCloud, KeyframesThatMoveOverFromAnotherEqualACloudFromScratch) {
-  for (const std::int64_t first : {0, 12, 17}) {  // older ones, newer ones, a few
+  for (const std::int64_t first : {0, 12, 17}) {  // older ones, newer ones, and only a few
     Poses poses;
     DenseCloud cloud(Coarse()), other(Coarse());
     for (std::int64_t id = 0; id < 20; ++id) {
@@ -182,7 +182,7 @@ TEST(DenseCloud, MemoryIsBoundedByTheAreaSeen) {
     if (id == 30) bytes = cloud.MemoryBytes();
   }
   EXPECT_EQ(cloud.KeyframeCount(), 60u);
-  // 41 x 41 x 1 voxels at most; 60 x 500 points came.
+  // At most 41 x 41 x 1 voxels with three observations each remain of 60 x 500 points.
   EXPECT_LE(cloud.PointCount(), 3u * 41u * 41u);
   EXPECT_LT(static_cast<double>(cloud.MemoryBytes()), 1.05 * static_cast<double>(bytes));
 }

@@ -56,7 +56,8 @@ TEST_F(DenseMapperOfARoom, FollowsItsKeyframesDuringTheRun) {
   mapper.SetPoses(AllIn(0));
   while (!mapper.IsCurrent()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   const DenseMap map = std::move(mapper.Finish().at(0));
-  // The walls stand where the poses put them: the cloud of true poses, voxel by voxel nearly.
+  // The walls are where the poses put them: the cloud is nearly that of the true poses, voxel by
+  // voxel.
   DenseMapper truth(BoxRoomOptions(false), camera_);
   for (const KeyframeImage& keyframe : keyframes_) truth.AddKeyframe(keyframe);
   const DenseMap expected = std::move(truth.Finish().at(0));
@@ -65,7 +66,7 @@ TEST_F(DenseMapperOfARoom, FollowsItsKeyframesDuringTheRun) {
     for (const ColoredPoint& point : dense.cloud) sum += point.p.cast<double>();
     return (sum / static_cast<double>(dense.cloud.size())).eval();
   };
-  // A tenth of the drift at most: which points voxels took in was decided before.
+  // The tolerance is a tenth of the drift, because the points in each voxel were chosen before.
   EXPECT_LT((mean(map) - mean(expected)).norm(), 0.03);
 }
 
@@ -76,7 +77,7 @@ TEST_F(DenseMapperOfARoom, ForgetsRemovedKeyframes) {
   without.AddKeyframe(keyframes_[0]);
   const DenseMap one = std::move(with.Finish().at(0)), alone = std::move(without.Finish().at(0));
   EXPECT_GT(one.octree.LeafCount().occupied, 0u);
-  // What the neighbour spoke against is missing.
+  // Points that the neighbour contradicted are missing.
   EXPECT_LE(one.cloud.size(), alone.cloud.size());
   EXPECT_GT(static_cast<double>(one.cloud.size()), 0.8 * static_cast<double>(alone.cloud.size()));
 }
@@ -88,8 +89,8 @@ TEST_F(DenseMapperOfARoom, KnowsTheGround) {
   DenseMapper mapper(options, camera_);
   for (const KeyframeImage& keyframe : keyframes_) mapper.AddKeyframe(keyframe);
   const DenseMap map = std::move(mapper.Finish().at(0));
-  // The camera's y axis points down, and the floor is 0.8 m below: two metres of it are seen, by
-  // voxels that are known to half their size.
+  // The camera's y axis points down, and the floor is 0.8 m below. Two metres of it are visible,
+  // and the position of a voxel is known to half its size.
   ASSERT_TRUE(map.ground_height);
   EXPECT_NEAR(*map.ground_height, -0.8, 0.1);
   EXPECT_LT((map.R_GW * Eigen::Vector3d(0, -1, 0) - Eigen::Vector3d::UnitZ()).norm(), 0.05);

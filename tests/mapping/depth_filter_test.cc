@@ -8,7 +8,7 @@
 namespace highwall::depth_filter_test {
 namespace {
 
-// A wall at z [m] in front of a camera that stands still.
+// A wall at z [m] in front of a static camera.
 KeyframeImage Wall(std::int64_t id, float z) {
   const PinholeCamera camera = SmallCamera().pinhole;
   return {id, 0, cv::Mat(camera.height, camera.width, CV_32FC1, cv::Scalar(z)),
@@ -32,14 +32,15 @@ TEST(DepthFilter, DropsWhatBothNeighboursLookThrough) {
   filter.Push(ghost);
   const cv::Mat depth = filter.Push(Wall(3, 2.0f))->depth;
   EXPECT_EQ(depth.at<float>(50, 50), 0.0f);
-  EXPECT_NEAR(depth.at<float>(100, 50), 2.0f, 1e-5);  // rounding of the inverse
+  EXPECT_NEAR(depth.at<float>(100, 50), 2.0f, 1e-5);  // rounding of the inverse depth
 }
 
 TEST(DepthFilter, PutsNeighboursWhereTheyAreNow) {
   DepthFilter filter(SmallCamera(), 0.01);
   filter.Push(Wall(1, 2.0f));
   filter.Push(Wall(2, 1.0f));
-  // From a metre farther back the first sees the wall of the second where that sees it itself.
+  // From one metre farther back, the first keyframe sees the wall at the place where the second
+  // sees it.
   filter.SetPoses({{1, {Pose(Eigen::Quaterniond::Identity(), {0, 0, -1})}}, {2, {}}});
   const cv::Mat depth = filter.Flush()->depth;
   EXPECT_NEAR(depth.at<float>(60, 80), 1.0f, 1e-5);
@@ -55,7 +56,7 @@ TEST(DepthFilter, ComparesFramesOfOneLayerAlone) {
     if (joined) filter.SetPoses({{1, {Pose(), 5}}, {2, {Pose(), 5}}});
     const KeyframeImage out = *filter.Flush();
     EXPECT_EQ(out.layer, 5);
-    // The first looks through the wall of the second, where it is in the same world.
+    // The first frame sees through the wall of the second one if both are in the same world.
     EXPECT_NEAR(out.depth.at<float>(60, 80), joined ? 0.0f : 1.0f, 1e-5);
   }
 }

@@ -20,12 +20,12 @@ double Sigma(double z) {
   return 0.005 * z * z;
 }
 
-// A plane that recedes to the right, 1 / z = 0.5 - 0.004 u: from 2 m to 5.4 m.
+// A plane that recedes to the right, 1 / z = 0.5 - 0.004 u, from 2 m to 5.4 m.
 float PlaneDepth(int u) {
   return 1.0f / (0.5f - 0.004f * static_cast<float>(u));
 }
 
-// The plane with its noise in independent pixels.
+// The plane with independent noise in each pixel.
 cv::Mat Plane(bool noisy) {
   std::mt19937 rng(3);
   std::normal_distribution<double> normal;
@@ -39,7 +39,7 @@ cv::Mat Plane(bool noisy) {
   return depth;
 }
 
-// Root mean square, in sigmas, away from the border of the image.
+// Returns the root mean square error in sigmas, away from the border of the image.
 double ErrorOf(const cv::Mat& depth) {
   double squares = 0.0;
   int count = 0;
@@ -54,14 +54,15 @@ double ErrorOf(const cv::Mat& depth) {
 
 TEST(SmoothDepth, LeavesAPlaneWithoutNoiseAsItIs) {
   const cv::Mat plane = Plane(false);
-  // Slopes of inverse depth cancel in a symmetric window; what is left is rounding.
+  // Slopes of the inverse depth cancel in a symmetric window, and only rounding remains.
   EXPECT_LT(ErrorOf(SmoothDepth(plane, kFocal, Sigma)), 1e-3);
 }
 
 TEST(SmoothDepth, TakesMostOfTheNoiseOffAPlane) {
   const cv::Mat plane = Plane(true);
   EXPECT_NEAR(ErrorOf(plane), 1.0, 0.05);
-  // 25 pixels of a window: a fifth, and a little for the gate around a noisy centre.
+  // A window of 25 pixels reduces the noise to a fifth, plus a little for the gate around a noisy
+  // centre.
   EXPECT_LT(ErrorOf(SmoothDepth(plane, kFocal, Sigma, {.max_extent = 1.0})), 0.3);
 }
 
@@ -69,11 +70,11 @@ TEST(SmoothDepth, KeepsTheEdgeBetweenTwoSurfaces) {
   cv::Mat depth(kHeight, kWidth, CV_32FC1, cv::Scalar(2.0));
   depth.colRange(kWidth / 2, kWidth).setTo(3.0);
   const cv::Mat smooth = SmoothDepth(depth, kFocal, Sigma, {.max_extent = 1.0});
-  EXPECT_LT(cv::norm(smooth, depth, cv::NORM_INF), 1e-5);  // rounding of the inverse
+  EXPECT_LT(cv::norm(smooth, depth, cv::NORM_INF), 1e-5);  // rounding of the inverse depth
 }
 
-// The window of a pixel is made for its own depth, also where that is the farthest of the image and
-// at the border of two steps of depth: a pixel beyond, out of every window, changes nothing.
+// The window of a pixel depends on its own depth, also if that is the largest of the image and at
+// the border of two depth steps: a farther pixel outside all windows changes nothing.
 TEST(SmoothDepth, TheFarthestPixelIsSmoothedLikeAnyOther) {
   const DepthSmoothingOptions options{.target_sigma = 1e-6, .max_extent = 1.0, .max_radius = 2};
   for (int step = 5; step <= 500; ++step) {

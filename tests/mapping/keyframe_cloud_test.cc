@@ -17,7 +17,7 @@ PinholeCamera SmallCamera() {
   return {.width = 4, .height = 3, .fx = 2.0, .fy = 4.0, .cx = 1.0, .cy = 1.0};
 }
 
-// Keeps every pixel as a point of its own.
+// Keeps every pixel as a separate point.
 KeyframeCloudOptions KeepAll() {
   return {.edge_rejection = 0.0, .max_incidence = 90.0, .voxel_size = 1e-4};
 }
@@ -33,7 +33,7 @@ ColoredPoint Point(float x, float y, float z, std::uint8_t grey = 0) {
 TEST(MakeKeyframeCloud, PutsAPlaneWhereTheHandComputationDoes) {
   const auto cloud = MakeKeyframeCloud(Depth(2.0f), {}, SmallCamera(), KeepAll());
   ASSERT_EQ(cloud.size(), 12u);
-  // Row by row: x = (u - 1) 2 / 2, y = (v - 1) 2 / 4; all exact in binary.
+  // Row by row: x = (u - 1) 2 / 2, y = (v - 1) 2 / 4. All values are exact in binary.
   EXPECT_EQ(cloud[0].p, Eigen::Vector3f(-1.0f, -0.5f, 2.0f));
   EXPECT_EQ(cloud[3].p, Eigen::Vector3f(2.0f, -0.5f, 2.0f));
   EXPECT_EQ(cloud[5].p, Eigen::Vector3f(0.0f, 0.0f, 2.0f));
@@ -51,7 +51,7 @@ TEST(MakeKeyframeCloud, RemovesTheDistortionOfTheLens) {
   depth.at<float>(40, 600) = 1.5f;
   const auto cloud = MakeKeyframeCloud(depth, {}, camera, KeepAll());
   ASSERT_EQ(cloud.size(), 1u);
-  // A float carries 24 bits: 1.5 m to 1e-7 m, some 1e-4 px.
+  // A float has 24 bits: 1.5 m to 1e-7 m, some 1e-4 px.
   const Eigen::Vector2d uv = camera.Project(cloud[0].p.cast<double>());
   EXPECT_NEAR(uv.x(), 600.0, 2e-4);
   EXPECT_NEAR(uv.y(), 40.0, 2e-4);
@@ -89,7 +89,7 @@ TEST(MakeKeyframeCloud, DropsBothSidesOfADepthEdgeButNotTheBorderOfAHole) {
   depth.at<float>(0, 0) = 0.0f;
   KeyframeCloudOptions options = KeepAll();
   options.edge_rejection = 0.05;
-  // Columns 1 and 2 are the edge; of columns 0 and 3 the hole is missing.
+  // Columns 1 and 2 are the edge, and the hole removes one pixel of columns 0 and 3.
   EXPECT_EQ(MakeKeyframeCloud(depth, {}, SmallCamera(), options).size(), 5u);
 }
 
@@ -126,7 +126,7 @@ TEST(MakeKeyframeCloud, NormalsAreThoseOfThePlane) {
   options.normal_radius = 2;
   const auto cloud = MakeKeyframeCloud(PlaneDepth(camera, n, -1.5), {}, camera, options);
   ASSERT_EQ(cloud.size(), 64u * 48u);
-  // Float depths of 1e-7 m over a base of 0.1 m.
+  // Float depths of 1e-7 m over a base line of 0.1 m.
   for (const ColoredPoint& point : cloud) {
     ASSERT_LT((point.normal.cast<double>() - n).norm(), 2e-5);
   }
@@ -146,7 +146,7 @@ TEST(MakeKeyframeCloud, DropsSurfacesSeenAtAGrazingAngle) {
   ASSERT_FALSE(steep.empty());
   for (const ColoredPoint& point : steep) {
     const double incidence = std::acos(1.0 / point.p.norm()) / kDegree;
-    // The normal of rows at the horizon is measured over a bent part of the depth curve.
+    // Near the horizon the normal is computed over a curved part of the depth profile.
     EXPECT_LT(incidence, 75.5);
   }
 }
@@ -154,11 +154,11 @@ TEST(MakeKeyframeCloud, DropsSurfacesSeenAtAGrazingAngle) {
 TEST(KeepAgreedDepth, DropsWhatNeighboursLookThrough) {
   const PinholeCamera camera = WideCamera();
   const DepthUnprojector unprojector(camera);
-  for (const double z : {2.0, 0.6}) {  // [m] of a wall
+  for (const double z : {2.0, 0.6}) {  // [m] depth of a wall
     const cv::Mat wall = PlaneDepth(camera, {0, 0, 1}, z);
     const auto ghost_z = static_cast<float>(0.5 * z);
     cv::Mat depth = wall.clone();
-    depth(cv::Rect(30, 20, 4, 4)).setTo(ghost_z);  // that nobody else sees
+    depth(cv::Rect(30, 20, 4, 4)).setTo(ghost_z);  // visible in this view only
     std::vector<DepthView> neighbours;
     for (const double x : {-0.05 * z, 0.05 * z}) {
       neighbours.push_back({wall, Pose(Eigen::Quaterniond::Identity(), {x, 0, 0})});
@@ -174,13 +174,13 @@ TEST(KeepAgreedDepth, KeepsWhatIsHiddenFromOrConfirmedByNeighbours) {
   const PinholeCamera camera = WideCamera();
   const DepthUnprojector unprojector(camera);
   const cv::Mat depth = PlaneDepth(camera, {0, 0, 1}, 2.0);
-  const cv::Mat nearer = PlaneDepth(camera, {0, 0, 1}, 1.0);  // in the way
+  const cv::Mat nearer = PlaneDepth(camera, {0, 0, 1}, 1.0);  // occludes the wall
   const std::vector<DepthView> one = {{nearer, Pose()}};
   EXPECT_EQ(cv::countNonZero(KeepAgreedDepth({depth, Pose()}, one, camera, unprojector)), 64 * 48);
   EXPECT_EQ(cv::countNonZero(KeepAgreedDepth({depth, Pose()}, one, camera, unprojector,
                                              {.needs_support = true})),
             0);
-  // One agrees, one looks through: a draw.
+  // One neighbour agrees and one sees through the point: a draw.
   const std::vector<DepthView> two = {{depth, Pose()},
                                       {PlaneDepth(camera, {0, 0, 1}, 3.0), Pose()}};
   EXPECT_EQ(cv::countNonZero(KeepAgreedDepth({depth, Pose()}, two, camera, unprojector)), 64 * 48);
@@ -199,18 +199,20 @@ TEST(RemoveOutliers, DropsPointsFarFromAllOthersAndKeepsTheOrder) {
     if (i % 100 == 0) points.push_back(Point(u(rng), u(rng), 5.0f + 3.0f * u(rng), 255));
   }
   const auto kept = RemoveOutliers(points, 8, 2.0);
-  // The tail of a distribution whose spread the ten far ones make: no inlier lies beyond.
+  // The ten distant points determine the spread of the distribution, and no inlier lies in its
+  // tail.
   ASSERT_EQ(kept.size(), 1000u);
   for (std::size_t i = 0; i < kept.size(); ++i) ASSERT_EQ(kept[i].rgb[0], i % 251);
 }
 
 TEST(RemoveOutliers, MeasuresTheMeanDistanceToTheNearestPointsAndNotToMore) {
   const std::vector points{Point(0, 0, 0), Point(1, 0, 0), Point(3, 0, 0), Point(6, 0, 0)};
-  // To the nearest 1, 1, 2, 3: 1.75 on average, with a standard deviation of 0.83.
+  // Distances to the nearest point: 1, 1, 2, 3, with a mean of 1.75 and a standard deviation of
+  // 0.83.
   EXPECT_EQ(RemoveOutliers(points, 1, 0.0).size(), 2u);
   EXPECT_EQ(RemoveOutliers(points, 1, 0.5).size(), 3u);
   EXPECT_EQ(RemoveOutliers(points, 1, 1.6).size(), 4u);
-  // To the nearest two 2, 1.5, 2.5, 4: 2.5 and 0.94.
+  // Mean distances to the nearest two points: 2, 1.5, 2.5, 4, with a mean of 2.5 and 0.94.
   EXPECT_EQ(RemoveOutliers(points, 2, 0.0).size(), 3u);
   EXPECT_EQ(RemoveOutliers(points, 2, 1.65).size(), 4u);
 }

@@ -15,14 +15,14 @@ namespace {
 using Points = std::vector<Eigen::Vector3f>;
 using Poses = std::vector<Pose>;
 
-constexpr double kNoTime = 0.0;      // [s] one keyframe a call
+constexpr double kNoTime = 0.0;      // [s] one keyframe per call
 constexpr double kEnoughTime = 1e3;  // [s]
 
 std::chrono::duration<double> Seconds(double seconds) {
   return std::chrono::duration<double>(seconds);
 }
 
-// Keyframes along a corridor, each of which looks at its own stretch and at its neighbours'.
+// Keyframes along a corridor, each of which sees its own section and those of its neighbours.
 Points Scan(int index) {
   std::mt19937 rng(static_cast<unsigned>(index) + 1u);
   std::uniform_real_distribution<float> u(-1.0f, 1.0f);
@@ -71,7 +71,7 @@ std::vector<Leaf> Leaves(const KeyframeOctree& octree) {
   return leaves;
 }
 
-// Leaf for leaf, to the last bit.
+// Compares all leaves bit for bit.
 void ExpectEqualsFromScratch(const KeyframeOctree& octree, const Poses& poses) {
   KeyframeOctree fresh(Options());
   Fill(poses, fresh);
@@ -170,7 +170,7 @@ TEST(KeyframeOctree, ForgetsRemovedKeyframesAndTakesReplacedAndLateOnes) {
   octree.RemoveKeyframe(5);
   octree.RemoveKeyframe(11);
   EXPECT_FALSE(octree.Rebuild(Seconds(kNoTime)));
-  octree.RemoveKeyframe(0);  // in the middle of a round
+  octree.RemoveKeyframe(0);  // during a round
   EXPECT_TRUE(octree.Rebuild(Seconds(kEnoughTime)));
   EXPECT_EQ(octree.KeyframeCount(), 9u);
   KeyframeOctree fresh(Options());
@@ -191,7 +191,7 @@ TEST(KeyframeOctree, ForgetsRemovedKeyframesAndTakesReplacedAndLateOnes) {
 
 TEST(KeyframeOctree, KeyframesThatMoveOverFromAnotherEqualAMapFromScratch) {
   const Poses poses = Corridor(12), elsewhere = Corridor(12, -0.4);
-  for (const std::size_t first : {0, 7, 10}) {  // older ones, newer ones, a few
+  for (const std::size_t first : {0, 7, 10}) {  // older ones, newer ones, and only a few
     const auto moves = [&](std::size_t i) { return first == 0 ? i < 5 : i >= first; };
     KeyframeOctree octree(Options()), other(Options());
     for (std::size_t i = 0; i < poses.size(); ++i) {

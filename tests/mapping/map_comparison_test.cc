@@ -32,7 +32,7 @@ TriangleMesh UnitSquare() {
 
 TEST(CompareMaps, ASheetAboveAnotherIsOffByItsHeight) {
   const MapComparison result = CompareMaps(Sheet(0.03f), ReferenceSurface(Sheet(0.0f)));
-  // Float coordinates of 1 m.
+  // Rounding of float coordinates of 1 m.
   EXPECT_NEAR(result.accuracy.mean, 0.03, 1e-6);
   EXPECT_NEAR(result.accuracy.median, 0.03, 1e-6);
   EXPECT_NEAR(result.completeness.percentile_90, 0.03, 1e-6);
@@ -43,17 +43,17 @@ TEST(CompareMaps, ASheetAboveAnotherIsOffByItsHeight) {
 }
 
 TEST(CompareMaps, TellsWhatIsMissingFromWhatIsWrong) {
-  // Half of the surface is there, and exact.
+  // Half of the surface is present and exact.
   const MapComparison result = CompareMaps(Sheet(0.0f, 0.5f), ReferenceSurface(Sheet(0.0f)));
   EXPECT_EQ(result.accuracy.percentile_90, 0.0);
   EXPECT_GT(result.completeness.percentile_90, 0.35);
   EXPECT_EQ(result.thresholds[0].precision, 1.0);
-  EXPECT_NEAR(result.thresholds[0].recall, 0.52, 0.015);  // 50 cm and a seam of 2 cm
+  EXPECT_NEAR(result.thresholds[0].recall, 0.52, 0.015);  // 50 cm and a margin of 2 cm
   EXPECT_NEAR(result.thresholds[0].f_score, 2.0 * 0.52 / 1.52, 0.015);
 }
 
 TEST(CompareMaps, DistancesToAMeshAreExact) {
-  // Off the samples, whatever their spacing.
+  // The points lie off the samples, and their distances do not depend on the sample spacing.
   std::mt19937 rng(2);
   std::uniform_real_distribution<float> u(0.0f, 1.0f);
   Points points;
@@ -65,7 +65,7 @@ TEST(CompareMaps, DistancesToAMeshAreExact) {
 
 TEST(ReferenceSurface, SamplesCoverAMeshEvenly) {
   const ReferenceSurface surface(UnitSquare(), 0.02);
-  // About one a square of 2 cm.
+  // About one sample per square of 2 cm.
   EXPECT_GT(surface.samples().size(), 2200u);
   EXPECT_LT(surface.samples().size(), 3000u);
   EXPECT_THROW(ReferenceSurface(UnitSquare(), 0.0), InvalidArgument);
@@ -80,7 +80,7 @@ TEST(SquaredDistanceToTriangle, KnowsFaceEdgesAndCorners) {
       Eigen::Vector3f(0, 0, 0), Eigen::Vector3f(2, 0, 0), Eigen::Vector3f(0, 2, 0)};
   EXPECT_FLOAT_EQ(SquaredDistanceToTriangle({0.5f, 0.5f, 3}, triangle), 9.0f);
   EXPECT_FLOAT_EQ(SquaredDistanceToTriangle({1, -2, 0}, triangle), 4.0f);
-  EXPECT_FLOAT_EQ(SquaredDistanceToTriangle({2, 2, 1}, triangle), 3.0f);  // of x + y = 2
+  EXPECT_FLOAT_EQ(SquaredDistanceToTriangle({2, 2, 1}, triangle), 3.0f);  // distance to x + y = 2
   EXPECT_FLOAT_EQ(SquaredDistanceToTriangle({-3, -4, 0}, triangle), 25.0f);
   const std::array<Eigen::Vector3f, 3> needle = {triangle[0], triangle[1], triangle[1]};
   EXPECT_FLOAT_EQ(SquaredDistanceToTriangle({1, 0, 5}, needle), 25.0f);
@@ -92,7 +92,7 @@ TEST(MarkSeen, TestsTheDepthOfEachPoint) {
   const Points points = {{0, 0, 2.0f}, {0, 0, 2.04f}, {0, 0, 2.1f},      {0, 0, 1.9f},
                          {5, 0, 2.0f}, {0, 0, -2.0f}, {0.5f, 0.5f, 2.0f}};
   std::vector<char> seen(points.size(), 0);
-  seen[2] = 1;  // by an earlier view
+  seen[2] = 1;  // seen in an earlier view
   MarkSeen(points, view, camera, 0.05, seen);
   EXPECT_EQ(seen, (std::vector<char>{1, 1, 1, 0, 0, 0, 1}));
   std::vector<char> short_one(1, 0);

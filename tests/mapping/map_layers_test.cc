@@ -23,7 +23,7 @@ namespace {
 constexpr std::int32_t kFirst = 0, kSecond = 7;
 
 // The first three keyframes of a walk are in the first layer, the others in the second, whose world
-// is turned and moved: in that of the first they would look through its walls.
+// frame is rotated and translated: in that of the first they would see through its walls.
 class LayersOfARoom : public ::testing::TestWithParam<bool> {
  protected:
   LayersOfARoom() : mapper_(BoxRoomOptions(GetParam()), SmallCamera()) {
@@ -62,7 +62,7 @@ class LayersOfARoom : public ::testing::TestWithParam<bool> {
     }
   }
 
-  const std::vector<KeyframeImage> walk_ = WalkThroughBox();  // in one world
+  const std::vector<KeyframeImage> walk_ = WalkThroughBox();  // all in one world
   std::vector<KeyframeImage> keyframes_;
   DenseMapper mapper_;
 };
@@ -87,8 +87,9 @@ TEST_P(LayersOfARoom, FollowTheirKeyframesEachOnItsOwn) {
   ExpectSameLeaves(maps.at(kSecond).octree, MapOf(Part(walk_, 3, 6)).at(kFirst).octree);
 }
 
-// The points that fell into full voxels were dropped layer by layer, so where both saw the same a
-// voxel averages up to twice as many: the same voxels, but for those at whose border a mean lies.
+// Points in full voxels were dropped per layer, so where both layers saw the same surface a voxel
+// averages up to twice as many points: the voxels are equal, except where a mean is at a voxel
+// border.
 void ExpectNearlySameCloud(const DenseMap& a, const DenseMap& b) {
   using Voxel = std::tuple<long, long, long>;
   const auto voxels = [](const DenseMap& map) {
@@ -147,7 +148,7 @@ TEST_P(LayersOfARoom, ComeApartAgain) {
 
 TEST_P(LayersOfARoom, LeaveNothingWhenTheirKeyframesAreNoMore) {
   const auto alone = MapOf(Part(keyframes_, 0, 3));
-  // The last of them waits for the next keyframe, which would be compared with it.
+  // The last keyframe waits for the next one, with which it would be compared.
   Add(keyframes_);
   mapper_.SetPoses(PosesOf(Part(keyframes_, 0, 3), kFirst));
   WaitUntilCurrent();

@@ -20,7 +20,7 @@ using testing::TemporaryDirectory;
 using Points = std::vector<Eigen::Vector3f>;
 
 // A floor at z = floor_z and a wall at x = 1.02 of height 1 m, scanned from 1.2 m above the floor,
-// the whole world turned by R_WG.
+// with the whole world rotated by R_WG.
 OctomapBuilder Room(const Eigen::Quaterniond& R_WG, double floor_z) {
   OctomapBuilder map({.resolution = 0.05, .max_range = 10.0});
   Points points_W;
@@ -54,7 +54,7 @@ TEST(ProjectToGrid, KeepsUnknownFreeAndOccupiedApart) {
   const OccupancyGrid grid = ProjectToGrid(map, {.z_min = 0.1, .z_max = 0.9});
   EXPECT_EQ(grid.resolution, 0.05);
   EXPECT_EQ(grid.cells.size(), static_cast<std::size_t>(grid.width * grid.height));
-  // Corners of cells lie on multiples of the resolution.
+  // Corners of cells are at multiples of the resolution.
   const Eigen::Vector2d corner = grid.origin_G / grid.resolution;
   EXPECT_NEAR((corner - corner.array().round().matrix()).norm(), 0.0, 1e-9);
   ExpectRoom(grid);
@@ -81,7 +81,7 @@ TEST(ProjectToGrid, ATiltedWorldGivesTheSameRoom) {
   const OccupancyGrid grid =
       ProjectToGrid(map, {.z_max = 0.9, .ground_height = *floor, .R_GW = R_WG.conjugate()});
   ExpectRoom(grid);
-  // No holes between the samples: the walls and the space in front of them are closed.
+  // The walls and the space in front of them have no holes between the samples.
   for (double y = -0.8; y < 0.8; y += 0.01) {
     EXPECT_TRUE(grid.Query({1.0, y}) == GridCell::kOccupied ||
                 grid.Query({1.04, y}) == GridCell::kOccupied)
@@ -101,7 +101,7 @@ TEST(FloorHeight, FindsTheFloorBelowWallsAndAboveReflections) {
 }
 
 TEST(FloorHeight, LiesBetweenTwoLevelsAsTheyShareTheFloor) {
-  // A quarter of the floor in the voxels of 0.05 to 0.10 m, the rest in those below.
+  // A quarter of the floor is in the voxels of 0.05 to 0.10 m, and the rest in those below.
   OctomapBuilder map({.resolution = 0.05, .max_range = 10.0});
   Points points_W;
   for (int i = 0; i < 100; ++i) {
@@ -113,12 +113,12 @@ TEST(FloorHeight, LiesBetweenTwoLevelsAsTheyShareTheFloor) {
   for (int i = 0; i < 3; ++i) map.InsertWorld(points_W, Eigen::Vector3f(0, 0, 1.2f));
   const auto floor = FloorHeight(map);
   ASSERT_TRUE(floor.has_value());
-  EXPECT_NEAR(*floor, 0.025 + 0.25 * 0.05, 2e-3);  // cells of the border may count or not
+  EXPECT_NEAR(*floor, 0.025 + 0.25 * 0.05, 2e-3);  // cells at the border may count or not
 }
 
 TEST(FloorHeight, AnEmptyLevelBetweenTwoIsNotTheFloor) {
-  // 2 x 2 m in the voxels of 0.10 to 0.15 m, and beside it 0.3 x 2 m in those of 0.00 to 0.05 m:
-  // the level between them is empty, and must not hide both.
+  // 2 x 2 m are in the voxels of 0.10 to 0.15 m, and next to them 0.3 x 2 m in those of 0.00 to
+  // 0.05 m. The level between them is empty and must not hide both.
   OctomapBuilder map({.resolution = 0.05, .max_range = 10.0});
   Points points_W;
   for (double x = -0.99; x < 1.3; x += 0.02) {

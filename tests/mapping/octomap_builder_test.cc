@@ -27,7 +27,7 @@ void InsertStock(const Points& points_W, const Eigen::Vector3f& origin_W, double
                         std::isfinite(max_range) ? max_range : -1.0, false, true);
 }
 
-// The same leaves: place, size, and log-odds to the last bit; the same inner nodes.
+// Expects the same leaves (place, size and bit-identical log-odds) and the same inner nodes.
 void ExpectEqual(const OctomapBuilder& map, octomap::OcTree& stock) {
   stock.updateInnerOccupancy();
   stock.prune();
@@ -47,7 +47,7 @@ void ExpectEqual(const OctomapBuilder& map, octomap::OcTree& stock) {
   EXPECT_EQ(map.NodeCount(), stock.calcNumNodes());
 }
 
-// A scan of a room of random size seen from inside, with clutter, ahead of a random pose.
+// A scan of a room of random size seen from inside, with clutter, in front of a random pose.
 Points RandomScan(std::mt19937& rng, const Pose& T_WC) {
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   const Eigen::Vector3d wall(2.0 + u(rng), 2.0 + u(rng), 1.5 + u(rng));
@@ -95,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(
                       OctomapBuilderOptions{.resolution = 0.05, .threads = 3}));
 
 TEST(OctomapBuilder, ThreadsMakeTheMapOfOneBitForBit) {
-  // Far hits update the tree a second time; a view that stands still saturates and merges it.
+  // Far hits update the tree a second time, and a static view saturates the voxels and merges them.
   const OctomapBuilderOptions options{.resolution = 0.05, .max_range = 3.0, .far_range = 2.0};
   OctomapBuilder one(options);
   std::vector<OctomapBuilder> others;
@@ -128,7 +128,7 @@ TEST(OctomapBuilder, ThreadsMakeTheMapOfOneBitForBit) {
 }
 
 TEST(OctomapBuilder, EqualsStockOctomapWhereTheViewStandsStill) {
-  // Saturated space, regions of equal voxels that split and merge again.
+  // Space saturates, and regions of equal voxels split and merge again.
   const OctomapBuilderOptions options{.resolution = 0.1, .max_range = 10.0};
   OctomapBuilder map(options);
   octomap::OcTree stock = StockTree(options);
@@ -143,7 +143,7 @@ TEST(OctomapBuilder, EqualsStockOctomapWhereTheViewStandsStill) {
 }
 
 TEST(OctomapBuilder, EqualsStockOctomapForRaysAlongAxesAndThroughEdges) {
-  // Multiples of the resolution: every ray meets edges and corners of voxels.
+  // With multiples of the resolution every ray meets edges and corners of voxels.
   const OctomapBuilderOptions options{.resolution = 0.125, .max_range = 10.0};
   OctomapBuilder map(options);
   octomap::OcTree stock = StockTree(options);
@@ -217,7 +217,8 @@ TEST(OctomapBuilder, ClearsSpaceWhenAnObjectLeaves) {
   OctomapBuilder map;
   for (int i = 0; i < 3; ++i) map.InsertWorld(kObjectPoint, kSensor);
   ASSERT_EQ(map.IsOccupied(kBetween), true);
-  // 3 hits of logit(0.7) = 0.847 stand against misses of logit(0.4) = -0.405: seven clear it.
+  // 3 hits of logit(0.7) = 0.847 against misses of logit(0.4) = -0.405: seven misses clear the
+  // voxel.
   for (int i = 0; i < 6; ++i) map.InsertWorld(kWallPoint, kSensor);
   EXPECT_EQ(map.IsOccupied(kBetween), true);
   map.InsertWorld(kWallPoint, kSensor);
@@ -278,7 +279,7 @@ TEST(OctomapBuilder, FarHitsCountLess) {
   map.Clear();
   map.InsertWorld(kObjectPoint, kSensor);
   EXPECT_NEAR(map.Occupancy(kBetween).value(), 0.7, 1e-6);
-  // The last scan left nothing behind: a near hit still counts in full.
+  // The last scan has left no state behind: a near hit still counts in full.
   map.InsertWorld(kObjectPoint, kSensor);
   EXPECT_NEAR(map.Occupancy(kBetween).value(), 0.49 / (0.49 + 0.09), 1e-6);
 }

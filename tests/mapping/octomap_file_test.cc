@@ -74,7 +74,7 @@ TEST(OctomapFile, BinaryFormatKeepsOccupiedAndFree) {
   EXPECT_EQ(read.Bounds().max(), map.Bounds().max());
   EXPECT_LT(std::filesystem::file_size(folder / "map.bt"),
             std::filesystem::file_size(folder / "map.ot") / 4);
-  // Writing leaves the map itself as it was.
+  // Writing leaves the map unchanged.
   EXPECT_EQ(Leaves(map).size(), before.size());
 }
 
@@ -161,7 +161,7 @@ TEST(OctomapFile, MalformedFilesAreIoErrors) {
   refuses(ot + "id OcTree\nsize 0\nres 0.1\nwhat 1\ndata\n");
   refuses(ot + "id OcTree\nsize 2\nres 0.1\ndata\n" + std::string(5, '\0'));
   refuses(ot + "id OcTree\nsize 1\nres 0.1\ndata\n" + std::string("\0\0\xc0\x7f\0", 5));
-  // A chain of inner nodes without end would exhaust the stack.
+  // An endless chain of inner nodes would exhaust the stack.
   refuses(bt + "id OcTree\nsize 100000\nres 0.1\ndata\n" + std::string(200000, '\x03'));
   EXPECT_THROW(OctomapBuilder::Read(folder / "missing.bt"), IoError);
 }

@@ -94,7 +94,7 @@ TEST(NearestObstacle, IsThatOfAnExhaustiveSearch) {
   EXPECT_EQ(NearestObstacle(map, {1.03, 0, 0}, 0.5)->distance, 0.0);
 }
 
-// From the inside, 0.5 m off a wall at 1 m, and from the outside, 1.95 m off its back at 1.05 m.
+// Tests a point inside, 0.5 m from a wall at 1 m, and one outside, 1.95 m from its back at 1.05 m.
 TEST(NearestObstacle, ReachesAsFarAsAsked) {
   const OctomapBuilder map = Box();
   const Vector3d inside(0.5, 0.01, 0.01), outside(3.0, 0.01, 0.01);
@@ -105,7 +105,7 @@ TEST(NearestObstacle, ReachesAsFarAsAsked) {
 }
 
 TEST(NearestFrontier, IsAFreeVoxelBesideTheUnknown) {
-  // Looks to +x through a window: what lies around the cone is unknown.
+  // The view is along +x through a window, and the space around the cone is unknown.
   OctomapBuilder map({.resolution = kResolution, .max_range = 10.0});
   Points points;
   for (int i = -20; i <= 20; ++i) {
@@ -126,7 +126,7 @@ TEST(NearestFrontier, IsAFreeVoxelBesideTheUnknown) {
     }
   }
   EXPECT_TRUE(beside_unknown);
-  // The cone is 0.75 m wide there on each side, seen at 45 degrees less half of a voxel.
+  // The cone is 0.75 m wide there on each side, seen at 45 degrees minus half a voxel.
   EXPECT_NEAR((*frontier - p).norm(), 0.75 * std::cos(std::atan(0.5)), 0.1);
   EXPECT_EQ(NearestFrontier(map, p, 0.3), std::nullopt);
 }

@@ -84,7 +84,7 @@ TEST(Ply, EveryTruncationIsAnIoError) {
   for (const PlyFormat format : {PlyFormat::kBinaryLittleEndian, PlyFormat::kAscii}) {
     WritePly(folder / "cloud.ply", RandomCloud(3), format);
     const std::string bytes = ReadText(folder / "cloud.ply");
-    // In text the last number may lose digits and stay a number: cut before it.
+    // In a text file the last number may lose digits and stay a number, so the cut is before it.
     for (std::size_t size = 0; size + 5 < bytes.size(); ++size) {
       WriteText(folder / "cut.ply", bytes.substr(0, size));
       EXPECT_THROW(ReadPly(folder / "cut.ply"), IoError) << size;
@@ -200,7 +200,7 @@ TEST(Pcd, RefusesFieldsOfOtherSizesAndCounts) {
   }
 }
 
-// Places found in one list of fields say nothing of records laid out by another.
+// Positions found in one list of fields do not apply to records described by another one.
 TEST(Pcd, FieldsAreNamedOnce) {
   const TemporaryDirectory folder;
   std::string many = "FIELDS";
@@ -230,8 +230,8 @@ TEST(Pcd, EveryTruncationIsAnIoError) {
   EXPECT_THROW(ReadPcd(folder / "missing.pcd"), IoError);
 }
 
-// Greedy, with every run that the format can hold: what stands at most 8,191 bytes behind, 3 to 264
-// bytes long.
+// Greedy, with all runs allowed by the format: at a distance of at most 8,191 bytes, 3 to 264 bytes
+// long.
 std::string Compressed(const std::string& bytes) {
   std::string out, literals;
   const auto flush = [&] {
@@ -327,7 +327,7 @@ TEST(Pcd, DamagedCompressedFilesAreIoErrors) {
     expect_refused(CompressedPcd(points, compressed, size));
   }
   using namespace std::string_literals;
-  // A run from before the begin, one that is cut off, literals that are, too few and too many
+  // A run from before the beginning, a truncated run, truncated literals, and too few and too many
   // bytes.
   for (const std::string& bytes :
        {"\x20\x00"s, "\x00\x01\x20\x01"s, "\x00\x01\x20"s, "\x00\x01\xe0\x05"s, "\x1f\x01"s, ""s,

@@ -1,4 +1,4 @@
-// Dense maps of a box room (box_room.h), and whether two are the same.
+// Dense maps of a box room (box_room.h) and their comparison.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,8 @@
 
 namespace highwall {
 
-// Coarse and with a short backlog: a room takes milliseconds, and the thread is waited for.
+// Coarse and with a short backlog, so that a room takes milliseconds and the test waits for the
+// thread.
 inline DenseMapOptions BoxRoomOptions(bool background) {
   DenseMapOptions options;
   options.cloud.voxel_size = 0.05;
@@ -20,7 +21,7 @@ inline DenseMapOptions BoxRoomOptions(bool background) {
   return options;
 }
 
-// Leaf for leaf, to the last bit.
+// Compares all leaves bit for bit.
 inline void ExpectSameLeaves(const OctomapBuilder& a, const OctomapBuilder& b) {
   const auto leaves = [](const OctomapBuilder& octree) {
     std::vector<std::tuple<double, double, double, double, float>> all;
@@ -34,7 +35,7 @@ inline void ExpectSameLeaves(const OctomapBuilder& a, const OctomapBuilder& b) {
   EXPECT_EQ(a.NodeCount(), b.NodeCount());
 }
 
-// Point for point as well.
+// Compares the points of the cloud as well.
 inline void ExpectSameMap(const DenseMap& a, const DenseMap& b) {
   ASSERT_FALSE(a.cloud.empty());
   ASSERT_EQ(a.cloud.size(), b.cloud.size());

@@ -1,4 +1,4 @@
-// Height maps, volumes, the ground and where a vehicle can drive, on a generated terrain.
+// Height maps, volumes, the ground and drivable areas on a generated terrain.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -40,7 +40,7 @@ OctomapBuilder Survey(const Height& height, const Points& more = {}) {
 }
 
 // Two benches, 3 m apart, with a face between them and a haul road along x = 9 to 11 m that climbs
-// from the lower one to the upper one at 1 in 3, with a wall beside it.
+// from the lower one to the upper one at 1 in 3, with a wall next to it.
 double Mine(double x, double y) {
   const bool road = x > 9.0 && x < 11.5;
   const double ramp = std::clamp((y - 1.5) / 3.0, 0.0, 3.0);
@@ -56,7 +56,7 @@ TEST(MakeHeightMap, HoldsTheTerrain) {
       if (std::isnan(heights.At(i, j))) continue;
       ++known;
       const Eigen::Vector2d p = heights.origin_G + kResolution * Eigen::Vector2d(i + 0.5, j + 0.5);
-      // A voxel, and the rise of the ramp over half a cell.
+      // One voxel, plus the rise of the ramp over half a cell.
       wrong += std::abs(heights.At(i, j) - Mine(p.x(), p.y())) > 0.1;
     }
   }
@@ -94,7 +94,7 @@ TEST(CutAndFill, MeasuresAPitAndAHeap) {
     return 0.05 + (pit ? -1.0 : 0.0) + (heap ? 0.5 : 0.0);
   }));
   const VolumeChange change = CutAndFill(before, after, 0.05);
-  // 2 x 3 x 1 and 1 x 2 x 0.5 m^3; a cell of the border on each side counts or not.
+  // 2 x 3 x 1 and 1 x 2 x 0.5 m^3. A border cell on each side may count or not.
   EXPECT_NEAR(change.cut, 6.0, 0.6);
   EXPECT_NEAR(change.fill, 1.0, 0.2);
   EXPECT_NEAR(change.area, 144.0, 3.0);
@@ -123,15 +123,15 @@ TEST(FitGroundPlane, FindsTheFloorAmongWallsAndNoise) {
     }
   }
   const Eigen::Vector3d up = R_WG.col(2);
-  // What the camera takes for up is off by 20 degrees.
+  // The camera's estimate of the up direction has an error of 20 degrees.
   const Eigen::Vector3d expected = so3::Exp(Eigen::Vector3d(0.35, 0, 0)) * up;
   const Eigen::Vector3d eye = Eigen::Vector3d::Zero();
   const auto plane = FitGroundPlane(points, expected, eye);
   ASSERT_TRUE(plane);
-  // 3000 points of 5 mm noise, and some clutter between them, over 6 m.
+  // 3000 points with 5 mm noise over 6 m, with some clutter among them.
   EXPECT_LT(std::acos(std::min(1.0, plane->up_W.dot(up))), 2e-3);
   EXPECT_NEAR(plane->height, -1.2, 3e-3);
-  // The wall has as many points, and a direction that could be up.
+  // The wall has as many points, and its normal could be the up direction.
   const auto wall = FitGroundPlane(points, R_WG.col(0) + 0.2 * up, 10.0 * R_WG.col(0));
   ASSERT_TRUE(wall);
   EXPECT_GT(wall->up_W.dot(R_WG.col(0)), 0.999);
@@ -157,7 +157,7 @@ TEST(TraversabilityGrid, APlannerFindsTheHaulRoad) {
     if (y > 4.5 && y < 7.5) on_road &= x > 8.9 && x < 11.6;
   }
   EXPECT_TRUE(on_road) << "the face lies between the benches, but for the road";
-  // 1 in 3 is 18.4 degrees: too steep for another vehicle.
+  // 1 in 3 is 18.4 degrees, which is too steep for another vehicle.
   const OccupancyGrid gentle =
       TraversabilityGrid(Survey(Mine), {.max_slope = 15.0, .max_step = 0.25, .slope_radius = 0.5});
   EXPECT_TRUE(Plan(gentle, CellAt(gentle, {2.0, 2.0}), CellAt(gentle, {2.0, 10.0})).empty());
@@ -182,7 +182,7 @@ TEST(TraversabilityGrid, LowObstaclesBlockAndHighOnesDoNot) {
   EXPECT_EQ(TraversabilityGrid(OctomapBuilder()).width, 0);
 }
 
-// A kerb of 0.4 m, which is 11 degrees over the radius of a slope.
+// A kerb of 0.4 m, which is a slope of 11 degrees over the slope radius.
 TEST(TraversabilityGrid, AKerbBlocksWhicheverWayItRuns) {
   for (const bool along_x : {true, false}) {
     const OccupancyGrid grid = TraversabilityGrid(
@@ -230,7 +230,8 @@ TEST(PredictOctreeBytes, IsRightWithinAFactorOfTwo) {
     EXPECT_GT(predicted, 0.5 * static_cast<double>(map.MemoryBytes())) << resolution;
     EXPECT_LT(predicted, 2.0 * static_cast<double>(map.MemoryBytes())) << resolution;
   }
-  // A tenth of a millimetre: far more than any machine has, and answered in no time.
+  // At a tenth of a millimetre the map exceeds any machine's memory, and the prediction is still
+  // fast.
   EXPECT_GT(PredictOctreeBytes(views, unprojector, {.resolution = 1e-4}), 1e10);
   EXPECT_EQ(PredictOctreeBytes({}, unprojector, {}), 0.0);
   EXPECT_THROW(PredictOctreeBytes(views, unprojector, {.resolution = 0.0}), InvalidArgument);

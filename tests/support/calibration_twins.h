@@ -7,8 +7,8 @@
 
 #include "support/reprojection_twins.h"
 
-// Autodiff twins of the factors with a calibration block; what they compute is compiled once, in
-// the library highwall_factors_twins.
+// Autodiff twins of the factors with a calibration block. Their evaluation is compiled once, in the
+// library highwall_factors_twins.
 namespace highwall::twins {
 
 template <int kRows>

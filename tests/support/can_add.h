@@ -6,8 +6,8 @@
 
 namespace highwall {
 
-// The call `graph.AddFactor(factor, variables...)` compiles for a pointer P to a factor and
-// variables of types Ts.
+// Satisfied if the call `graph.AddFactor(factor, variables...)` compiles for a pointer P to a
+// factor and variables of types Ts.
 template <class Graph, class P, class... Ts>
 concept CanAdd = requires(Graph graph, P factor, Variable<Ts>... variables) {
   graph.AddFactor(std::move(factor), variables...);

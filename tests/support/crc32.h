@@ -6,8 +6,8 @@
 
 namespace highwall::testing {
 
-// CRC-32 as of zip (polynomial 0x04C11DB7, reflected): tests and fuzzers that change the content of
-// a file make its checksum right again.
+// CRC-32 as used by zip (polynomial 0x04C11DB7, reflected): tests and fuzzers that change the
+// content of a file correct its checksum by it.
 inline std::uint32_t Crc32(std::string_view bytes) {
   static constexpr auto kTable = [] {
     std::array<std::uint32_t, 256> table{};

@@ -12,7 +12,7 @@
 // Processes with a decimal comma.
 namespace highwall::testing {
 
-// What std::locale::global() makes of a process, without a locale that would have to be installed.
+// Sets the decimal comma by std::locale::global(), without a locale that must be installed.
 class DecimalCommaInStreams {
  public:
   DecimalCommaInStreams() : before_(std::locale::global(WithGermanNumbers())) {}
@@ -24,7 +24,8 @@ class DecimalCommaInStreams {
   const std::locale before_;
 };
 
-// de_DE.UTF-8, made where localedef and its sources are there (Debian: libc-bin, locales).
+// The locale de_DE.UTF-8, built if localedef and its sources are installed (Debian: libc-bin,
+// locales).
 class GermanLocale {
  public:
   static constexpr const char* kName = "de_DE.UTF-8";
@@ -34,7 +35,7 @@ class GermanLocale {
         "localedef -i de_DE -f UTF-8 '" + (folder_ / kName).string() + "' > /dev/null 2>&1";
     made_ = std::system(command.c_str()) == 0;
   }
-  // False: the test is to be skipped.
+  // False if the test is to be skipped.
   bool IsMade() const { return made_; }
   const std::filesystem::path& folder() const { return folder_.path(); }  // for LOCPATH
 
@@ -45,7 +46,7 @@ class GermanLocale {
 inline constexpr const char* kNoGermanLocale =
     "localedef cannot make de_DE.UTF-8 here: it, or its sources (Debian: locales), are missing";
 
-// What setlocale() makes of this process. Of a locale that is made.
+// Sets the decimal comma of this process by setlocale(), with a locale built for the test.
 class DecimalCommaInC {
  public:
   explicit DecimalCommaInC(const GermanLocale& german) {

@@ -1,5 +1,5 @@
-// Preloaded into a program (LD_PRELOAD): its process has decimal commas from the start, as if a
-// library that it loads had set a locale. DECIMAL_COMMA tells how.
+// Preloaded into a program (LD_PRELOAD), so that its process has decimal commas from the start, as
+// if a library loaded by it had set a locale. DECIMAL_COMMA selects the method.
 #include <clocale>
 #include <cstdlib>
 #include <exception>

@@ -14,12 +14,12 @@
 namespace highwall {
 
 enum class FalseLoopKind {
-  kRandom,   // any transform: positions over the graph's extent, any rotation
-  kAliased,  // the transform of some true loop, between places that have nothing to do with it
+  kRandom,   // any transform: positions over the extent of the graph, any rotation
+  kAliased,  // the transform of some true loop, between unrelated places
 };
 
-// Joins random nodes by false loops, `share` of all true loops in number, with the information of
-// true ones. Returns the places of the new edges.
+// Connects random nodes by false loops, whose number is `share` times that of all true loops, with
+// the information of true ones. Returns the indices of the new edges.
 inline std::vector<std::size_t> AddFalseLoops(double share, FalseLoopKind kind, unsigned seed,
                                               PoseGraph* graph) {
   std::mt19937 rng(seed);

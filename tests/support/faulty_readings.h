@@ -19,12 +19,12 @@ namespace highwall::testing {
 
 enum class Fault {
   kNotFinite,   // NaN or infinite values
-  kImpossible,  // spikes that no sensor measures
-  kSpike,       // spikes that some sensor may measure
+  kImpossible,  // spikes beyond the range of any sensor
+  kSpike,       // spikes within the range of some sensors
   kFrozen,      // one reading repeated
-  kSwapped,     // neighbours the wrong way round
-  kMissing,     // none for a while
-  kTwice,       // a stamp that is there already
+  kSwapped,     // neighbours in the wrong order
+  kMissing,     // a gap
+  kTwice,       // a duplicate stamp
 };
 inline constexpr int kFaults = 7;
 
@@ -32,7 +32,7 @@ inline int Uniform(std::mt19937& rng, int low, int high) {
   return std::uniform_int_distribution<int>(low, high)(rng);
 }
 
-// Between them, evenly in the logarithm, of either sign.
+// Returns a value between both, uniform in its logarithm, of either sign.
 inline double Magnitude(std::mt19937& rng, double low, double high) {
   const double value =
       std::exp(std::uniform_real_distribution<double>(std::log(low), std::log(high))(rng));
@@ -44,8 +44,8 @@ inline double& AnyValue(std::mt19937& rng, ImuSample& reading) {
   return axis < 3 ? reading.gyroscope(axis) : reading.accelerometer(axis - 3);
 }
 
-// One fault somewhere in the second half of `readings`, which stay at least two thirds of what they
-// were.
+// Applies one fault in the second half of `readings`, which keep at least two thirds of their
+// number.
 inline void Inject(Fault fault, std::mt19937& rng, std::vector<ImuSample>& readings) {
   const int size = static_cast<int>(readings.size());
   const int begin = Uniform(rng, size / 2, size - 90);
@@ -93,7 +93,7 @@ inline void Inject(Fault fault, std::mt19937& rng, std::vector<ImuSample>& readi
   }
 }
 
-// One to three kinds of faults, each once.
+// Applies one to three kinds of faults, each once.
 inline std::set<Fault> InjectSome(std::mt19937& rng, std::vector<ImuSample>& readings) {
   std::set<Fault> faults;
   const int wanted = Uniform(rng, 1, 3);
@@ -104,7 +104,8 @@ inline std::set<Fault> InjectSome(std::mt19937& rng, std::vector<ImuSample>& rea
   return faults;
 }
 
-// How many seeds a test of faults tries: the environment variable HIGHWALL_FAULT_RUNS, or `usual`.
+// Returns the number of seeds of a fault test: the environment variable HIGHWALL_FAULT_RUNS, or
+// `usual`.
 inline int FaultRuns(int usual) {
   const char* text = std::getenv("HIGHWALL_FAULT_RUNS");
   return text == nullptr ? usual : std::atoi(text);

@@ -12,8 +12,8 @@
 
 namespace highwall::testing {
 
-// While it lives no file of this process can grow beyond `bytes`: what a full disk looks like to a
-// writer.
+// During its lifetime no file of this process can grow beyond `bytes`, which simulates a full disk
+// for a writer.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) : old_handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -33,8 +33,8 @@ class FileSizeLimit {
   rlimit old_limit_{};
 };
 
-// Old files of these names outlive `write`, which has to fail on a disk that is full after `bytes`,
-// and it leaves no others in the folder, which is empty so far.
+// Expects that `write` fails on a disk that is full after `bytes`, that old files of these names
+// survive, and that it leaves no others in the folder, which must be empty before.
 template <typename Write>
 void ExpectAFullDiskKeeps(const TemporaryDirectory& folder, const std::vector<std::string>& names,
                           rlim_t bytes, const Write& write) {

@@ -15,8 +15,8 @@ namespace highwall::testing {
 struct GeneratedTum {
   int frames = 6;                  // <= 10
   int width = 64, height = 48;     // [px]
-  std::uint16_t raw_depth = 5000;  // of every pixel but the first column, which is 0
-  bool textured = false;           // colour is noise instead
+  std::uint16_t raw_depth = 5000;  // for all pixels except those of the first column, which are 0
+  bool textured = false;           // noise in the colour image instead of a constant
 };
 
 inline std::string FrameName(int frame) {
@@ -44,7 +44,7 @@ inline void WriteTum(const std::filesystem::path& directory, const GeneratedTum&
   WriteText(directory / "depth.txt", depth);
 }
 
-// Keeps the first `share` of the file.
+// Truncates the file to the first `share` of its size.
 inline void Truncate(const std::filesystem::path& path, double share = 0.5) {
   const double size = static_cast<double>(std::filesystem::file_size(path));
   std::filesystem::resize_file(path, static_cast<std::uintmax_t>(size * share));

@@ -5,7 +5,7 @@
 
 namespace highwall::testing {
 
-// 1.234,5
+// Formats numbers as 1.234,5.
 class GermanNumbers : public std::numpunct<char> {
  protected:
   char do_decimal_point() const override { return ','; }
@@ -13,7 +13,7 @@ class GermanNumbers : public std::numpunct<char> {
   std::string do_grouping() const override { return "\3"; }
 };
 
-// For std::locale::global(), where no such locale is installed.
+// For std::locale::global() where no such locale is installed.
 inline std::locale WithGermanNumbers() {
   return std::locale(std::locale::classic(), new GermanNumbers);
 }

@@ -18,14 +18,14 @@ inline Cell CellAt(const OccupancyGrid& grid, const Eigen::Vector2d& p_G) {
   return {static_cast<int>(cell.x()), static_cast<int>(cell.y())};
 }
 
-// A* over free cells, in steps of one cell; empty where there is no way.
+// A* over free cells, in steps of one cell. Returns an empty path if there is none.
 inline std::vector<Cell> Plan(const OccupancyGrid& grid, Cell start, Cell goal) {
   const auto estimate = [&](Cell c) {
     return std::abs(c.first - goal.first) + std::abs(c.second - goal.second);
   };
   using Entry = std::pair<int, Cell>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  std::map<Cell, std::pair<int, Cell>> best;  // cost, from where
+  std::map<Cell, std::pair<int, Cell>> best;  // cost and predecessor
   open.push({estimate(start), start});
   best[start] = {0, start};
   while (!open.empty()) {

@@ -4,7 +4,7 @@
 
 namespace highwall::testing {
 
-// 3_kf: the fourth keyframe of a map.
+// 3_kf is the fourth keyframe of a map.
 constexpr KeyFrameId operator""_kf(unsigned long long value) {
   return KeyFrameId(value);
 }

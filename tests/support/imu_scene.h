@@ -11,24 +11,24 @@
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/factors/imu_preintegration.h>
 
-// What the tests of the inertial factors share: analytic motions and the readings on them.
+// Shared by the tests of the inertial factors: analytic motions and their IMU readings.
 namespace highwall {
 
 inline const Eigen::Vector3d kGravity(0.0, 0.0, -9.81);
 
-// A body on sinusoids: position A sin(k t + phase) along each axis of W, rotation
+// A body with sinusoidal motion: position A sin(k t + phase) along each axis of W, rotation
 // Exp(yaw(t) z) Exp(pitch(t) y) Exp(roll(t) x) with sinusoidal angles. Everything is analytic.
 class SinusoidalMotion {
  public:
   explicit SinusoidalMotion(double rate = 1.0) : rate_(rate) {}
 
   ImuState StateAt(double t) const { return {Pose(Rotation(t), Position(t, 0)), Position(t, 1)}; }
-  // Without noise and bias.
+  // Returns the reading without noise and bias.
   ImuSample SampleAt(Stamp stamp) const {
     const double t = ToSeconds(stamp);
     return {stamp, AngularRate(t), Rotation(t).conjugate() * (Position(t, 2) - kGravity)};
   }
-  // From t = 0 to `duration` [s].
+  // Returns the readings from t = 0 to `duration` [s].
   std::vector<ImuSample> Samples(double hertz, double duration) const {
     std::vector<ImuSample> samples;
     const int n = static_cast<int>(std::lround(duration * hertz));
@@ -37,7 +37,7 @@ class SinusoidalMotion {
   }
 
  private:
-  // Derivative of order `order` of a sin(k t + c).
+  // Returns the derivative of order `order` of a sin(k t + c).
   double Wave(double a, double k, double c, double t, int order) const {
     const double w = k * rate_;
     return a * std::pow(w, order) * std::sin(w * t + c + 0.5 * M_PI * order);
@@ -55,7 +55,7 @@ class SinusoidalMotion {
     const Eigen::Vector3d a = Angles(t, 0);
     return so3::Exp({0, 0, a(0)}) * so3::Exp({0, a(1), 0}) * so3::Exp({a(2), 0, 0});
   }
-  // In B, of the Euler angles' rates.
+  // Returns the angular rate in B, from the rates of the Euler angles.
   Eigen::Vector3d AngularRate(double t) const {
     const Eigen::Vector3d a = Angles(t, 0), da = Angles(t, 1);
     const Eigen::Quaterniond roll = so3::Exp({a(2), 0, 0}), pitch = so3::Exp({0, a(1), 0});
@@ -66,7 +66,7 @@ class SinusoidalMotion {
   double rate_;
 };
 
-// [theta v p]: how far `to` is from `from`, theta on the right of the rotation.
+// Returns [theta v p], the difference of `to` from `from`, with theta on the right of the rotation.
 inline Eigen::Matrix<double, 9, 1> StateDifference(const ImuState& from, const ImuState& to) {
   Eigen::Matrix<double, 9, 1> d;
   d << so3::Log(from.T_WB.q().conjugate() * to.T_WB.q()), to.v_WB - from.v_WB,
@@ -74,7 +74,7 @@ inline Eigen::Matrix<double, 9, 1> StateDifference(const ImuState& from, const I
   return d;
 }
 
-// Every reading moved by a constant bias.
+// Adds a constant bias to every reading.
 inline std::vector<ImuSample> WithBias(std::vector<ImuSample> samples, const ImuBias& bias) {
   for (ImuSample& sample : samples) {
     sample.gyroscope += bias.head<3>();

@@ -12,7 +12,7 @@
 #include <highwall/factors/imu_factor.h>
 
 // Autodiff twins of the inertial factors, for tests and benchmarks: the same residuals with Ceres'
-// own conversions of rotations. What they compute is compiled once, in highwall_factors_twins.
+// own conversions of rotations. Their evaluation is compiled once, in highwall_factors_twins.
 namespace highwall::twins {
 
 template <typename T>

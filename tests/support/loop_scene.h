@@ -10,30 +10,31 @@
 #include "support/odometry_drift.h"
 #include "support/synthetic_scene.h"
 
-// A walk round a ring of points and lines, camera looking outwards, that ends where it began; the
-// map drifts on the way and does not know that it is back.
+// A walk round a ring of points and lines that ends where it began, with the camera looking
+// outwards. The map drifts on the way and has not closed the loop.
 namespace highwall::testing {
 
 struct LoopSceneOptions {
-  int per_lap = 48;  // keyframes; a quarter of a metre from each to the next
+  int per_lap = 48;  // keyframes, 0.25 m apart
   int points = 1000;
   int lines = 150;
-  Eigen::Vector3d drift = Eigen::Vector3d::Zero();  // [m] in C, from a keyframe to the next
-  std::optional<OdometryDrift> odometry = {};       // besides
-  // Before the start is in view again:
-  bool shuffled_return = false;  // descriptors change places
-  double strange_return = 0.0;   // a share of the landmarks gives way to others elsewhere
+  Eigen::Vector3d drift = Eigen::Vector3d::Zero();  // [m] in C, per keyframe
+  std::optional<OdometryDrift> odometry = {};       // additional drift
+  // Changes of the scene before the start is in view again:
+  bool shuffled_return = false;  // descriptors are permuted
+  double strange_return = 0.0;   // share of the landmarks replaced by others elsewhere
   unsigned seed = 11;
-  bool connected = false;  // the map never forgets: no loop is left to find
-  // From this keyframe on in a submap of its own, whose world begins there; no landmark is known.
+  bool connected = false;  // no landmark is forgotten: there is no loop to find
+  // From this keyframe on, the walk is in a separate submap whose world frame begins there, and no
+  // landmark is known.
   std::optional<int> submap_from = {};
-  int jump = 0;  // keyframes of the walk that are missing before it
+  int jump = 0;  // number of keyframes omitted before it
   MeasurementOptions measurement{};
 };
 
 class LoopScene {
  public:
-  // Of the first lap and the beginning of the second.
+  // Number of keyframes of the first lap and the beginning of the second.
   int size() const { return options_.per_lap + 12 - options_.jump; }
   explicit LoopScene(const LoopSceneOptions& options)
       : model(model_sensor, options.measurement), options_(options) {
@@ -68,7 +69,7 @@ class LoopScene {
     return Pose::FromMatrix(T);
   }
 
-  // Keyframe i, in order; landmarks as seen from where the map believes it is.
+  // Adds keyframe i, in order, with landmarks placed according to the map's estimate of its pose.
   KeyFrameId Add(int i) {
     const bool begins = i == options_.submap_from;
     if (begins) skipped_ = options_.jump;
@@ -110,7 +111,7 @@ class LoopScene {
     return id;
   }
 
-  // Where the camera begins in the world of the second submap: upright as in the first.
+  // Initial camera pose in the world of the second submap, upright as in the first.
   const Pose kOtherWorld = Pose::FromMatrix([] {
     Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
     T.topLeftCorner<3, 3>() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
@@ -124,7 +125,8 @@ class LoopScene {
   Map map;
   std::vector<Pose> truth;  // T_WC by keyframe
 
-  // RMSE of the positions of the live keyframes [m]; the first keyframe is where it is in truth.
+  // RMSE of the positions of the active keyframes [m]. The first keyframe is aligned with the
+  // truth.
   double Rmse() const {
     double sum = 0.0;
     const auto ids = map.keyframe_ids();
@@ -161,21 +163,21 @@ class LoopScene {
     for (std::size_t s = 0; s < line_ids_.size(); ++s) all_lines_[s].clear(), line_ids_[s] = kNoId;
   }
 
-  // The landmarks that have given way are others from now on.
+  // Replaces the landmarks given by strange_return with new ones.
   void MeetStrangers() {
     for (const std::size_t s : strange_points_) all_points_[s].clear(), point_ids_[s] = kNoId;
     for (const std::size_t s : strange_lines_) all_lines_[s].clear(), line_ids_[s] = kNoId;
   }
 
-  // What odometry has from the last keyframe to this.
+  // Returns the odometry estimate of the step from the last keyframe to this one.
   Pose Step(const Pose& T_true) {
     const Pose Z = truth.back().Inverse() * T_true;
     return (odometry_ ? odometry_->Measure(Z) : Z) *
            Pose(Eigen::Quaterniond::Identity(), options_.drift);
   }
 
-  // What has not been in view for a while is not looked for any more; what was made one with an
-  // older landmark goes on as that.
+  // Landmarks that have not been in view for a while are not matched any more. A landmark merged
+  // with an older one continues as the older one.
   void ForgetOldLandmarks(int keyframe) {
     constexpr int kWhile = 10;
     const KeyFrameId oldest(std::max(0, keyframe - kWhile));
@@ -199,7 +201,7 @@ class LoopScene {
 
   LoopSceneOptions options_;
   SubmapId submap_ = kFirstSubmap;
-  int skipped_ = 0;  // steps of the walk
+  int skipped_ = 0;  // omitted keyframes of the walk
   std::optional<DriftingOdometry> odometry_;
   Scene returned_;
   std::vector<std::size_t> strange_points_, strange_lines_;  // of returned_

@@ -7,7 +7,7 @@
 
 namespace highwall::testing {
 
-// What the `Error` says that `action` throws; empty where it throws none.
+// Returns the message of the `Error` thrown by `action`, or an empty text if it throws none.
 template <typename Error, typename Action>
 std::string MessageOf(const Action& action) {
   try {
@@ -18,7 +18,8 @@ std::string MessageOf(const Action& action) {
   return "";
 }
 
-// `action` throws an `Error` that says `text`, such as the name of a field.
+// Expects that `action` throws an `Error` whose message contains `text`, such as the name of a
+// field.
 template <typename Error = InvalidArgument, typename Action>
 void ExpectError(const std::string& text, const Action& action) {
   const std::string message = MessageOf<Error>(action);

@@ -9,7 +9,8 @@
 
 namespace highwall {
 
-// Readings with white noise [unit / sqrt(Hz)] and a bias that walks [unit / s / sqrt(Hz)].
+// Returns readings with white noise [unit / sqrt(Hz)] and a random walk of the bias [unit / s /
+// sqrt(Hz)].
 inline std::vector<double> NoisyReadings(unsigned seed, std::size_t count, double hertz,
                                          double white, double walk) {
   std::mt19937 rng(seed);
@@ -23,7 +24,8 @@ inline std::vector<double> NoisyReadings(unsigned seed, std::size_t count, doubl
   return readings;
 }
 
-// Of an IMU that lies still for so long [s], its biases and gravity included.
+// Returns the readings of an IMU that is stationary for this duration [s], including its biases and
+// gravity.
 inline std::vector<ImuSample> ImuAtRest(unsigned seed, double duration, double hertz,
                                         const ImuNoise& noise) {
   const auto count = static_cast<std::size_t>(duration * hertz);

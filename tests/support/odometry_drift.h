@@ -7,7 +7,7 @@
 
 #include <highwall/core/pose.h>
 
-// Odometry as it drifts: noise that is new in every step, and a bias that stays for the whole walk.
+// Model of drifting odometry: noise drawn at every step, and a bias that is constant for the walk.
 namespace highwall::testing {
 
 // Standard deviations along and about each axis.
@@ -26,7 +26,7 @@ class DriftingOdometry {
     bias_rotation_ = Normal(drift.bias_rotation);
   }
 
-  // What it takes the true step Z for.
+  // Returns the measurement of the true step Z.
   Pose Measure(const Pose& Z) {
     const Eigen::Vector3d share = bias_translation_ + Normal(drift_.noise_translation);
     const Eigen::Vector3d turn = bias_rotation_ + Normal(drift_.noise_rotation);

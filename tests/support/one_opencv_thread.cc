@@ -1,6 +1,6 @@
-// Linked into whatever ThreadSanitizer watches: OpenCV's loops stay on the thread that begins them.
-// They would share their work by TBB, which is not instrumented, so that all they touch looked
-// unordered. The project's own threads are what is watched.
+// Linked into all programs that run under ThreadSanitizer: OpenCV's loops stay on the calling
+// thread. Otherwise OpenCV distributes them by TBB, which is not instrumented, so that all of its
+// accesses look unordered. Only the project's own threads are checked.
 #include <opencv2/core/utility.hpp>
 
 namespace {

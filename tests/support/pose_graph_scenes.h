@@ -10,7 +10,7 @@
 
 #include <highwall/core/pose_graph.h>
 
-// Generated pose graphs with their truth: seeded noise of the covariance that the edges state.
+// Generated pose graphs with their truth: seeded noise with the covariance stated by the edges.
 namespace highwall {
 
 class PoseGraphScene {
@@ -18,7 +18,7 @@ class PoseGraphScene {
   PoseGraphScene(PoseGraphSpace space, unsigned seed) : rng_(seed) { truth.space = space; }
 
   PoseGraph truth;     // the true poses, noisy edges
-  double noise = 1.0;  // times the standard deviations that the edges state; 0: exact edges
+  double noise = 1.0;  // factor on the standard deviations of the edges; 0: exact edges
 
   void AddNode(const Pose& pose) {
     truth.nodes.push_back({static_cast<std::int64_t>(truth.nodes.size()), pose});
@@ -53,7 +53,7 @@ class PoseGraphScene {
   std::mt19937 rng_;
 };
 
-// Laps of 20 poses up a sphere; every pose is tied to those of the laps beside it.
+// Laps of 20 poses up a sphere, with edges from every pose to those of the neighbouring laps.
 inline PoseGraph MakeSphere(unsigned seed, double noise = 1.0, int laps = 8) {
   constexpr int kPerLap = 20;
   constexpr double kRadius = 5.0;  // [m]
@@ -71,7 +71,7 @@ inline PoseGraph MakeSphere(unsigned seed, double noise = 1.0, int laps = 8) {
   return scene.truth;
 }
 
-// Rows of a field ploughed up and down, tied to the rows beside them.
+// Rows of a field traversed up and down, with edges to the neighbouring rows.
 inline PoseGraph MakeField(unsigned seed, double noise = 1.0, int rows = 8) {
   constexpr int kPerRow = 12;
   PoseGraphScene scene(PoseGraphSpace::kSe2, seed);

@@ -8,7 +8,7 @@
 namespace highwall::twins {
 namespace {
 
-// Rotation vector of a quaternion that is not the identity.
+// Returns the rotation vector of a quaternion that is not the identity.
 template <typename T>
 Eigen::Matrix<T, 3, 1> AngleTimesAxis(const Eigen::Quaternion<T>& q) {
   using std::atan2;

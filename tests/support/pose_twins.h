@@ -7,7 +7,7 @@
 
 #include <highwall/core/pose.h>
 
-// Autodiff twins of the factors on poses, for tests and benchmarks. What they compute is compiled
+// Autodiff twins of the factors on poses, for tests and benchmarks. Their evaluation is compiled
 // once, in the library highwall_core_twins.
 namespace highwall::twins {
 

@@ -8,7 +8,7 @@
 
 namespace highwall::testing {
 
-// The position of a body as another frame has it, by autodiff: a factor as a user may write one.
+// The position of a body in another frame, by autodiff: an example of a user-defined factor.
 // Blocks: 0: T_WB (7)  1: T_FW (7)
 struct PositionInFrameFunctor {
   Eigen::Vector3d p_F;

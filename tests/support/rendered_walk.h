@@ -11,7 +11,7 @@
 
 namespace highwall::testing {
 
-// What a simulated camera records, and where it was in truth.
+// The recording of a simulated camera with its true trajectory.
 struct RenderedWalk {
   std::vector<RgbdImage> images;
   std::vector<ImuSample> readings;

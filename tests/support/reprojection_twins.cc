@@ -7,15 +7,15 @@
 namespace highwall::twins {
 namespace {
 
-// (a, b, c) through two pixels, (a, b) of unit length.
+// Returns (a, b, c) of the line through two pixels, with (a, b) of unit length.
 template <typename T>
 Vector3<T> LineThrough(const Vector2<T>& s, const Vector2<T>& e) {
   const Vector3<T> l = s.homogeneous().cross(e.homogeneous());
   return l / l.template head<2>().norm();
 }
 
-// Image line of the line from a to b, (a, b, c) with (a, b) of unit length; oriented by a x b,
-// also where one of the two is behind the camera.
+// Returns the image of the line from a to b as (a, b, c) with (a, b) of unit length, oriented by a
+// x b, also if one of the two is behind the camera.
 template <typename T>
 Vector3<T> Image(const PinholeCamera& camera, const Vector3<T>& a, const Vector3<T>& b) {
   Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
@@ -78,7 +78,8 @@ bool Segment::operator()(const T* T_WB, const T* segment, T* residuals) const {
 
 template <typename T>
 bool OrthonormalLine::operator()(const T* T_WB, const T* line, T* residuals) const {
-  // Two points of the line, seen from the camera: its foot from the world's origin, and one on.
+  // Two points of the line in the camera frame: its foot from the origin of the world, and another
+  // one.
   const Eigen::Matrix<T, 3, 3> U = Eigen::Map<const Eigen::Quaternion<T>>(line).toRotationMatrix();
   const Vector3<T> direction = U.col(1);
   const Vector3<T> foot_W = direction.cross(Vector3<T>(U.col(0))) * (line[4] / line[5]);

@@ -11,9 +11,9 @@
 #include <highwall/factors/depth_noise.h>
 #include <highwall/factors/line_reprojection.h>
 
-// Autodiff twins of the reprojection factors: the same residuals written from the geometry, by
-// another route than the closed forms wherever there is one. For tests and benchmarks; what they
-// compute is compiled once, in the library highwall_factors_twins.
+// Autodiff twins of the reprojection factors: the same residuals derived from the geometry, in a
+// different way from the closed forms where possible. For tests and benchmarks. Their evaluation is
+// compiled once, in the library highwall_factors_twins.
 namespace highwall::twins {
 
 template <typename T>
@@ -21,13 +21,13 @@ using Vector2 = Eigen::Matrix<T, 2, 1>;
 template <typename T>
 using Vector3 = Eigen::Matrix<T, 3, 1>;
 
-// Camera, extrinsics and virtual right camera, as the factors get them.
+// Camera, extrinsics and virtual right camera, as passed to the factors.
 struct Rig {
   PinholeCamera camera;
   Pose T_BC;
   VirtualRightCamera right;
 
-  // p_C of p_W.
+  // Returns p_C of p_W.
   template <typename T>
   Vector3<T> ToCamera(const T* T_WB, const Vector3<T>& p_W) const {
     const Eigen::Map<const Vector3<T>> p_WB(T_WB);
@@ -39,7 +39,8 @@ struct Rig {
   Vector2<T> Pixel(const Vector3<T>& p) const {
     return {camera.fx * p.x() / p.z() + camera.cx, camera.fy * p.y() / p.z() + camera.cy};
   }
-  // Pixel of a point of C in the virtual right camera, which stands `baseline` to the right.
+  // Returns the pixel of a point of C in the virtual right camera, which is `baseline` to the
+  // right.
   template <typename T>
   Vector2<T> RightPixel(const Vector3<T>& p_C) const {
     return Pixel<T>(p_C - Vector3<T>(T(right.baseline), T(0), T(0)));
@@ -48,7 +49,7 @@ struct Rig {
   T Disparity(const Vector3<T>& p_C) const {
     return Pixel<T>(p_C).x() - RightPixel<T>(p_C).x();
   }
-  // (u, v) of a point of C, with kRows = 3 (u, v, delta).
+  // Returns (u, v) of a point of C, or (u, v, delta) with kRows = 3.
   template <int kRows, typename T>
   Eigen::Matrix<T, kRows, 1> Project(const Vector3<T>& p_C) const {
     Eigen::Matrix<T, kRows, 1> y;
@@ -69,7 +70,7 @@ struct Point {
   bool operator()(const T* T_WB, const T* p_W, T* residuals) const;
 };
 
-// What the line factors are given.
+// Parameters of the line factors.
 struct ObservedLine {
   Rig rig;
   RgbdSegment observed;
@@ -91,7 +92,7 @@ struct OrthonormalLine : ObservedLine {
 template <int kRows>  // 2 or 3
 std::unique_ptr<ceres::CostFunction> MakePoint(const Point<kRows>& twin);
 
-// 4 rows with depth, else 2.
+// 4 rows with depth, 2 without.
 std::unique_ptr<ceres::CostFunction> MakeLine(const Segment& twin);
 std::unique_ptr<ceres::CostFunction> MakeLine(const OrthonormalLine& twin);
 

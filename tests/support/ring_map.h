@@ -11,9 +11,9 @@
 #include "support/odometry_drift.h"
 #include "support/synthetic_scene.h"
 
-// The map of a walk round a ring, a quarter of a metre a keyframe, that ends a step before where it
-// began: landmarks join every keyframe with the five before it, the map has not seen the return,
-// and its poses are those of odometry.
+// The map of a walk round a ring with a keyframe every 0.25 m, which ends one step before its
+// start. Each keyframe shares landmarks with the five before it, the loop is not closed, and the
+// poses are those of odometry.
 namespace highwall::testing {
 
 class RingMap {
@@ -32,7 +32,8 @@ class RingMap {
     }
   }
 
-  // Poses as odometry has them. levelled: by an IMU that keeps gravity, which the map then knows.
+  // Sets the poses to those of odometry. levelled: an IMU keeps gravity aligned, and the map knows
+  // it.
   void Drift(const OdometryDrift& drift, bool levelled) {
     DriftingOdometry odometry(drift);
     Pose T = truth.front();
@@ -44,7 +45,7 @@ class RingMap {
     map.SetGravity(levelled ? std::make_optional(Eigen::Vector3d(0, 0, -9.81)) : std::nullopt);
   }
 
-  // As measured without noise.
+  // Returns the loop edge as measured without noise.
   LoopEdge Loop(KeyFrameId match, KeyFrameId keyframe) const {
     return {match, keyframe, truth[match.index()].Inverse() * truth[keyframe.index()]};
   }
@@ -54,7 +55,7 @@ class RingMap {
   Map map;
 
  private:
-  // The true direction of gravity, the heading of T.
+  // Returns T with the true direction of gravity and the heading of T.
   static Pose Levelled(const Pose& T, const Pose& truth) {
     const Eigen::Quaterniond off = T.q() * truth.q().conjugate();
     const Eigen::Quaterniond heading = Eigen::Quaterniond(off.w(), 0.0, 0.0, off.z()).normalized();
@@ -62,7 +63,7 @@ class RingMap {
   }
 
   void Add(int index, std::mt19937& rng) {
-    constexpr int kNew = 25, kViews = 6;  // landmarks of a keyframe, keyframes that see one
+    constexpr int kNew = 25, kViews = 6;  // new landmarks of a keyframe, keyframes that see one
     const RgbdSensor sensor = IdealSensor();
     for (int i = 0; i < kNew; ++i) {
       points_.push_back(map.AddPoint(truth.back() * Eigen::Vector3d(0, 0, 3), index).id);

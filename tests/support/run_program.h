@@ -18,10 +18,10 @@
 
 #include "support/temporary_directory.h"
 
-// Programs as their users run them.
+// Runs programs as a user does.
 namespace highwall::testing {
 
-// Without the lines that tell progress (apps/progress.h): they come by the clock.
+// Removes the progress lines (apps/progress.h), because they depend on the clock.
 inline std::string WithoutProgress(const std::string& text) {
   std::string rest;
   std::istringstream lines(text);
@@ -36,7 +36,7 @@ struct Outcome {
   std::string out, err;
 };
 
-// In `directory`, so that names of files in it need no path. Standard input is empty.
+// Runs in `directory`, so that names of files in it need no path. Standard input is empty.
 inline Outcome RunProgram(const std::string& program, const std::string& arguments,
                           const std::filesystem::path& directory = ".") {
   const TemporaryDirectory scratch("output");
@@ -48,8 +48,8 @@ inline Outcome RunProgram(const std::string& program, const std::string& argumen
           WithoutProgress(ReadText(err))};
 }
 
-// A program that runs beside the test, without input and output, and ends with this object at the
-// latest: as `kill -9` ends it.
+// A program that runs concurrently with the test, without input and output. It is killed at the
+// latest when this object is destroyed, as by `kill -9`.
 class BackgroundProgram {
  public:
   BackgroundProgram(std::string program, std::vector<std::string> arguments) {
@@ -59,7 +59,7 @@ class BackgroundProgram {
     words.push_back(nullptr);
     process_ = ::fork();
     if (process_ != 0) return;
-    ::signal(SIGINT, SIG_DFL);  // a shell makes what runs in its background ignore it
+    ::signal(SIGINT, SIG_DFL);  // a shell makes its background processes ignore SIGINT
     const int nothing = ::open("/dev/null", O_RDWR);
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(nothing, stream);
     ::execv(words.front(), words.data());
@@ -74,7 +74,7 @@ class BackgroundProgram {
     return !ended_;
   }
   void Send(int signal) const { ::kill(process_, signal); }
-  // Waits for its end; -1 where a signal ended it.
+  // Waits for the end of the program. Returns -1 if a signal ended it.
   int ExitCode() {
     if (!ended_) ended_ = ::waitpid(process_, &status_, 0) == process_;
     return WIFEXITED(status_) ? WEXITSTATUS(status_) : -1;
@@ -100,7 +100,7 @@ inline std::size_t CountLines(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-// One line on standard error that holds every part, and nothing on standard output.
+// Expects one line on standard error that contains every part, and nothing on standard output.
 inline void ExpectRefused(const Outcome& outcome, int exit_code,
                           const std::vector<std::string>& parts) {
   EXPECT_EQ(outcome.exit_code, exit_code);

@@ -1,5 +1,5 @@
-// A map of a small scene and the file it is saved in, for the tests of what is kept and of what is
-// refused.
+// A map of a small scene and the file it is saved in, for the tests of saving, loading and rejected
+// files.
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,8 @@ inline const Pose kPoses[] = {
     Pose::FromTangent({0, 0, 0}, {0, -0.3, 0}), Pose::FromTangent({0.2, 0, 0}, {0, -0.1, 0}),
     Pose::FromTangent({0.3, 0.1, 0}, {0, 0.1, 0}), Pose::FromTangent({0.3, 0.1, 0}, {0, 0.3, 0})};
 
-// Where the list of submaps begins in a file: behind header, camera and the kind of points, ORB.
+// Offset of the list of submaps in a file: after the header, the camera and the kind of points,
+// ORB.
 inline constexpr std::size_t kKind = 4 + 3 + 1 + 4 + 4 + 8 + 4, kSubmapsAt = 24 + 40 + kKind;
 
 class SavedMapTest : public ::testing::Test {
@@ -56,13 +57,13 @@ class SavedMapTest : public ::testing::Test {
     return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
   }
   void Write(const std::string& bytes) const { std::ofstream(path, std::ios::binary) << bytes; }
-  // The bytes with the checksum of their content.
+  // Returns the bytes with the checksum of their content.
   static std::string WithChecksum(std::string bytes) {
     const std::uint32_t crc = Crc32(std::string_view(bytes).substr(24));
     std::memcpy(bytes.data() + 12, &crc, 4);
     return bytes;
   }
-  // The map with one more keyframe, whose features were edited.
+  // Returns the map with one more keyframe, whose features were edited.
   void SaveEdited(const std::function<void(FrameFeatures&)>& edit, double found = 0.0) const {
     Frame frame = scene_map.map.keyframe(0_kf)->frame;
     FrameFeatures features = *frame.features;
@@ -72,7 +73,7 @@ class SavedMapTest : public ::testing::Test {
     edited.AddKeyFrame(frame, Pose()).found = found;
     SaveMap(path, IdealSensor().camera, edited);
   }
-  // One line that begins with the path and says `what`.
+  // Expects one line that begins with the path and contains `what`.
   void ExpectError(const std::string& what) const {
     try {
       LoadMap(path);
@@ -93,8 +94,8 @@ class SavedMapTest : public ::testing::Test {
        ::testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
-// A GPS and a marker, of which only the first is known to lie somewhere, and what can be kept and
-// what not: of the latter three.
+// Adds a GPS and a marker, of which only the first has a known pose, and factors: some can be
+// saved, three of them cannot.
 inline void AddFactors(Map& map) {
   const ReferenceFrameId gps = map.factors().AddFrame({}),
                          marker = map.factors().AddFrame({.upright = false});

@@ -13,14 +13,14 @@
 #include <highwall/core/camera.h>
 #include <highwall/core/pose.h>
 
-// Which surfaces a camera has seen, by true poses and its depth.
+// The surfaces seen by a camera, computed from its true poses and depth.
 namespace highwall::testing {
 
 class SeenSurface {
  public:
   using Points = std::vector<Eigen::Vector3d>;  // in W
 
-  // The surface points of an image, on a grid of 60 rows. depth: CV_32FC1 [m], 0 = none.
+  // Returns the surface points of an image, on a grid of 60 rows. depth: CV_32FC1 [m], 0 = none.
   static Points PointsOf(const cv::Mat& depth, const PinholeCamera& camera, const Pose& T_WC) {
     constexpr int kRows = 60;
     const int step = std::max(1, depth.rows / kRows);
@@ -37,10 +37,10 @@ class SeenSurface {
   void Add(const Points& points) {
     for (const Eigen::Vector3d& p_W : points) seen_.insert(Cell(p_W));
   }
-  // Of what was added to the other.
+  // Adds the cells of the other one.
   void Add(const SeenSurface& other) { seen_.insert(other.seen_.begin(), other.seen_.end()); }
 
-  // Share of the points that lie where something was seen, [0, 1].
+  // Share of the points that lie in a seen cell, [0, 1].
   double ShareSeen(const Points& points) const {
     if (points.empty()) return 0.0;
     std::size_t seen = 0;
@@ -49,7 +49,7 @@ class SeenSurface {
   }
 
  private:
-  // Larger than the grid's spacing and the noise of depth in a room.
+  // Larger than the spacing of the grid and the depth noise in a room.
   static constexpr double kCell = 0.15;  // [m]
 
   static std::uint64_t Cell(const Eigen::Vector3d& p_W) {

@@ -29,21 +29,21 @@ struct SimulatedWindowOptions {
   std::shared_ptr<ceres::LossFunction> loss;  // of the observations
 };
 
-// Every quantity that a factor measures is drawn from the distribution that its weight states.
+// Every measurement of a factor is drawn from the distribution given by its weight.
 class SimulatedWindow {
  public:
   SimulatedWindow(const SimulatedWindowOptions& options, unsigned seed)
       : options_(options), rng_(seed), projection_(PinholeCamera(), Pose()) {}
 
-  // To and fro, never far from the origin, about 0.1 m a keyframe.
+  // Moves back and forth near the origin, about 0.1 m per keyframe.
   static Pose Truth(int k) {
     const double t = 0.1 * k;
     return Pose::FromTangent({5.0 * std::sin(0.2 * t), 0.3 * std::sin(t), 0.2 * std::cos(1.3 * t)},
                              {0.1 * std::sin(0.7 * t), 0.15 * std::sin(t), 0.1 * std::cos(t)});
   }
 
-  // Adds the next keyframe, what is seen from it and the landmarks that begin with it. The caller
-  // then calls smoother->Update().
+  // Adds the next keyframe, its observations and the landmarks that begin with it. The caller then
+  // calls smoother->Update().
   Variable<Pose> AddKeyframe(SlidingWindowSmoother* smoother) {
     const int k = count_++;
     const Pose T = Truth(k);
@@ -92,7 +92,7 @@ class SimulatedWindow {
   }
   static Matrix6 Weight(double sigma) { return Matrix6::Identity() / sigma; }
 
-  // The first pose as the prior has it, later ones from odometry.
+  // Returns the initial pose: the first one from the prior, later ones from odometry.
   Pose Guess(int k, const SlidingWindowSmoother& smoother) {
     if (k == 0) {
       // T = T_0 Plus noise, so that T_0 = guess.
@@ -130,7 +130,7 @@ class SimulatedWindow {
   }
   void AddLine(const Pose& guess, SlidingWindowSmoother* smoother) {
     const Eigen::Vector3d p = PointInView();
-    // 1 m long, never along the view.
+    // 1 m long and not along the line of sight.
     const Pose T = Truth(count_ - 1);
     const double angle = Uniform(-M_PI, M_PI);
     const Eigen::Vector3d direction(std::cos(angle), std::sin(angle), Uniform(-0.3, 0.3));

@@ -7,7 +7,7 @@
 
 namespace highwall::testing {
 
-// A walk through the room, 30 frames a second, as a Kinect with a quarter of the pixels sees it.
+// A walk through the room at 30 frames per second, seen by a Kinect with a quarter of the pixels.
 inline simulate::SimulationOptions SmallRoomOptions() {
   simulate::SimulationOptions options;
   options.imu.enabled = false;
@@ -16,7 +16,7 @@ inline simulate::SimulationOptions SmallRoomOptions() {
   return options;
 }
 
-// Its first frames: a TUM dataset.
+// The first frames of the walk as a TUM dataset.
 inline void WriteSmallRoom(const std::filesystem::path& dataset, int frames) {
   simulate::SimulationOptions options = SmallRoomOptions();
   options.duration = frames / options.fps;

@@ -6,7 +6,7 @@
 
 namespace highwall {
 
-// An empty tree of octomap's own with the same model.
+// Returns an empty tree of the octomap library with the same sensor model.
 inline octomap::OcTree StockTree(const OctomapBuilderOptions& options) {
   octomap::OcTree tree(options.resolution);
   tree.setProbHit(options.hit);

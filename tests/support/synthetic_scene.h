@@ -19,22 +19,22 @@
 
 #include "map/projection_matcher.h"
 
-// A scene of points and line segments with descriptors of their own, and what an ideal extractor
-// would find in an image of it: tests of tracking and mapping need no images.
+// A scene of points and line segments with their own descriptors, and the output of an ideal
+// extractor for an image of it, so that tests of tracking and mapping need no images.
 namespace highwall::testing {
 
-constexpr PyramidOptions kPyramid{};  // of every model that is not told otherwise
+constexpr PyramidOptions kPyramid{};  // of every model without explicit options
 constexpr double kScaleFactor = kPyramid.scale_factor;
 constexpr int kLevels = kPyramid.levels;
-// An outlier rule that lets no match of lines pass, or the one or two at the mean: for tests of who
-// obeys it.
+// An outlier rule that rejects all matches of lines, except for one or two at the mean: for tests
+// of its users.
 inline const MeasurementOptions kStrictLines{
     .line_matches = {.mad_rule = MadRule::kPaper, .mad_k = 1e-9}};
 
 struct ScenePoint {
   Eigen::Vector3d p_W;
   BinaryDescriptor256 descriptor;
-  double reach;  // [m] at this distance it is a corner of level 0, nearer of higher ones
+  double reach;  // [m] distance at which it is a corner of level 0; nearer, of a higher level
 };
 
 struct SceneLine {
@@ -54,7 +54,7 @@ inline BinaryDescriptor256 RandomDescriptor(std::mt19937& rng) {
   return descriptor;
 }
 
-// [low, high], the same on every standard library.
+// Uniform in [low, high], identical with every standard library.
 inline double Uniform(std::mt19937& rng, double low, double high) {
   return low + (high - low) * static_cast<double>(rng()) / 4294967295.0;
 }
@@ -66,7 +66,7 @@ inline Eigen::Vector3d UniformInBox(std::mt19937& rng, const Eigen::Vector3d& lo
   return {x, y, Uniform(rng, low.z(), high.z())};
 }
 
-// In front of a camera near the origin of W that looks along z.
+// Returns a point in front of a camera near the origin of W that looks along z.
 inline Scene MakeScene(unsigned seed, int points, int lines) {
   std::mt19937 rng(seed);
   const Eigen::Vector3d low(-3.0, -1.8, 2.0), high(3.0, 1.8, 4.5);
@@ -85,7 +85,7 @@ inline Scene MakeScene(unsigned seed, int points, int lines) {
   return scene;
 }
 
-// Points on all sides of the origin, 2 to 7 m away, for a camera that turns about all of its axes.
+// Points on all sides of the origin, at 2 to 7 m, for a camera that rotates about all of its axes.
 inline Scene MakeSurroundings() {
   std::mt19937 rng(3);
   Scene scene;
@@ -103,11 +103,11 @@ inline RgbdSensor IdealSensor() {
 
 struct ViewNoise {
   double px = 0.0;     // [px] standard deviation of u and v at level 0, and across lines
-  bool depth = false;  // of the sensor's depth noise
+  bool depth = false;  // with the depth noise of the sensor
   unsigned seed = 1;
 };
 
-// What a camera sees; points[i] is the index in the scene of point feature i.
+// The view of a camera: points[i] is the index in the scene of point feature i.
 struct SyntheticView {
   std::shared_ptr<const FrameFeatures> features;
   std::vector<int> points, lines;
@@ -136,7 +136,7 @@ inline void AppendDescriptor(cv::Mat& descriptors, const BinaryDescriptor256& de
   descriptors.push_back(row);
 }
 
-// A pixel seen at the depth of p_C, with noise.
+// Observes a pixel at the depth of p_C, with noise.
 inline PointFeature SeePoint(const ScenePoint& point, const Pose& T_CW, const RgbdSensor& sensor,
                              const ViewNoise& noise, std::mt19937& rng) {
   std::normal_distribution<double> normal;
@@ -152,7 +152,8 @@ inline PointFeature SeePoint(const ScenePoint& point, const Pose& T_CW, const Rg
   return feature;
 }
 
-// The visible part of a line, its ends moved across it by the noise; `segment` as projected.
+// Observes the visible part of a line, with noise across it at its ends. `segment` is the
+// projection.
 inline LineFeature SeeLine(const LineSegment& segment, const Segment3& segment_C,
                            const RgbdSensor& sensor, const ViewNoise& noise, std::mt19937& rng) {
   std::normal_distribution<double> normal;
@@ -160,7 +161,7 @@ inline LineFeature SeeLine(const LineSegment& segment, const Segment3& segment_C
   const auto along = (segment.e - segment.s).normalized();
   const Eigen::Vector2f across(-along.y(), along.x());
   const PluckerLine line_C = PluckerLine::FromPoints(segment_C.p(), segment_C.q());
-  // The point of the line behind a pixel on its image.
+  // Returns the point of the line that projects to a pixel on its image.
   const auto behind = [&](const Eigen::Vector2f& uv) -> Eigen::Vector3d {
     const Eigen::Vector3d ray = camera.Unproject(uv.cast<double>(), 1.0);
     // ray t = p + d s: a consistent system.
@@ -185,8 +186,8 @@ inline LineFeature SeeLine(const LineSegment& segment, const Segment3& segment_C
   return feature;
 }
 
-// The features of the scene from T_WC, in the order of the scene: exact (lines to the rounding of
-// their float pixels, 3e-5 px) or with noise.
+// Returns the features of the scene from T_WC, in the order of the scene: exact (lines up to the
+// rounding of their float pixels, 3e-5 px) or with noise.
 inline SyntheticView Look(const Scene& scene, const RgbdSensor& sensor, const Pose& T_WC,
                           const ViewNoise& noise = {}) {
   std::mt19937 rng(noise.seed);
@@ -218,7 +219,7 @@ inline Frame MakeFrame(const SyntheticView& view, std::int64_t index) {
   return {.index = index, .stamp = 1'000'000'000 + index * 33'000'000, .features = view.features};
 }
 
-// A map of keyframes whose every feature sees the landmark of its place in the scene.
+// A map of keyframes in which every feature observes the landmark of its index in the scene.
 class SceneMap {
  public:
   explicit SceneMap(const Scene& scene)
@@ -249,14 +250,14 @@ class SceneMap {
   }
 
   Map map;
-  std::vector<PointId> point_ids;  // by place in the scene, kNoId where no keyframe saw it
+  std::vector<PointId> point_ids;  // by index in the scene, kNoId where no keyframe saw it
   std::vector<LineId> line_ids;
 
  private:
   const Scene& scene_;
 };
 
-// [m] and [rad] between two poses.
+// Distance [m] and angle [rad] between two poses.
 inline double PositionError(const Pose& a, const Pose& b) {
   return (a.p() - b.p()).norm();
 }

@@ -16,9 +16,9 @@ namespace highwall::testing {
 // An empty folder of the running test or test suite, removed with the object.
 class TemporaryDirectory {
  public:
-  // name: tells it from others of the same test.
+  // name: distinguishes it from others of the same test.
   explicit TemporaryDirectory(const std::string& name = "") {
-    // Outside of a test, where its suite is set up, there is none.
+    // There is no test while its suite is set up.
     const ::testing::TestInfo* test = ::testing::UnitTest::GetInstance()->current_test_info();
     const std::string of =
         test != nullptr ? std::string(test->test_suite_name()) + "_" + test->name() : "suite";

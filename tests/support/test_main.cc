@@ -63,13 +63,13 @@ std::vector<std::string> TestsOf(const std::string& source, bool fast) {
   return names;
 }
 
-// Of a child: what failed or was skipped, and why.
+// Results of a child: the failed or skipped tests, with the reasons.
 class FailurePrinter : public testing::EmptyTestEventListener {
   void OnTestPartResult(const testing::TestPartResult& result) override {
     if (result.passed()) return;
     std::printf("%s:%d: %s\n", result.file_name() != nullptr ? result.file_name() : "",
                 result.line_number(), result.message());
-    std::fflush(stdout);  // the test may crash yet
+    std::fflush(stdout);  // the test may still crash
   }
 };
 
@@ -78,7 +78,7 @@ int RunTogether() {
   return testing::UnitTest::GetInstance()->skipped_test_count() > 0 ? kSkipped : 0;
 }
 
-// The exit code of a test that runs in a child; what fails there is printed there.
+// Returns the exit code of a test that runs in a child. Failures are printed there.
 int RunInChild(const std::string& name) {
   std::fflush(nullptr);
   const pid_t child = ::fork();

@@ -142,7 +142,7 @@ class InertialTutorial : public ::testing::Test {
     return {x, y, z};
   }
 
-  // Feeds the readings from one instant to another [s].
+  // Feeds the readings from one time to another [s].
   void Read(InertialTrajectory& trajectory, double from, double to) {
     for (auto i = std::lround(from * kHertz); i < std::lround(to * kHertz); ++i) {
       ImuSample reading = motion_.SampleAt(FromSeconds(static_cast<double>(i) / kHertz));
@@ -151,7 +151,7 @@ class InertialTutorial : public ::testing::Test {
       trajectory.AddReading(reading);
     }
   }
-  // Some 40 features of an image, with the noise that the program states.
+  // Returns about 40 features of an image, with the noise assumed by the program.
   std::vector<Feature> See(double t) {
     const Pose T_CW = (motion_.StateAt(t).T_WB * T_BC_).Inverse();
     std::vector<Feature> features;
@@ -182,7 +182,8 @@ TEST_F(InertialTutorial, FollowsTheBodyAndFindsTheBiases) {
     Read(trajectory, k == 0 ? 0.0 : t - 1.0 / kImages + 0.02, t + 0.02);
     const std::optional<Pose> T_WB = trajectory.AddImage(FromSeconds(t), See(t));
     ASSERT_TRUE(T_WB) << k;
-    // A pixel is 5 mm at 2.5 m, 40 features make 1 mm; 5 s of odometry drift some millimetres.
+    // A pixel is 5 mm at 2.5 m, and 40 features give 1 mm. 5 s of odometry drift by some
+    // millimetres.
     EXPECT_LT((T_WB->p() - motion_.StateAt(t).T_WB.p()).norm(), 0.03) << k;
     EXPECT_LT((T_WB->Inverse() * motion_.StateAt(t).T_WB).Angle(), 0.01) << k;
   }

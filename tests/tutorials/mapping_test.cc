@@ -53,8 +53,8 @@ TEST(MappingTutorial, MakesTheRoomThatTheCameraSees) {
   ASSERT_EQ(maps.size(), 1u);
   const DenseMap& map = maps.at(0);
 
-  // The world is that of the first camera: what it saw there is where the cloud is. Not all: later
-  // images look behind things.
+  // The world frame is that of the first camera, so the points seen there are where the cloud is.
+  // Not all of them: later images see behind objects.
   const Eigen::Matrix3d R_CW = (Eigen::Matrix3d() << 0, -1, 0, 0, 0, -1, 1, 0, 0).finished();
   std::size_t in_view = 0, as_seen = 0, occupied = 0;
   for (const ColoredPoint& point : map.cloud) {

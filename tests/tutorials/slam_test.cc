@@ -96,7 +96,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// What tracking takes here and now: a camera much faster than that would leave the view behind.
+// Duration of tracking on this machine: a much faster camera would lose its view.
 Clock::duration TimeOfAFrame(const RgbdSensor& sensor, std::span<const RgbdImage> images) {
   constexpr std::size_t kFrames = 5;
   SlamSystem slam(sensor);
