@@ -100,6 +100,7 @@ TEST_F(ImageList, ReadsDecimalCommasAndAHeadingWithoutItsSign) {
   ExpectTheTwo(Read("1,5 rgb/a.png\n1,533 rgb/b.png\n"));
   ExpectTheTwo(Read("1,5;rgb/a.png\n1,533;rgb/b.png\n"));
   ExpectTheTwo(Read("timestamp,filename\n1.5,rgb/a.png\n1.533,rgb/b.png\n"));
+  EXPECT_NE(Message("nonsense\n").find("rgb.txt:1: 'nonsense' is not"), std::string::npos);
   EXPECT_NE(Message("time rgb/a.png\n1.5 rgb/b.png\n").find("rgb.txt:1: 'time' is not"),
             std::string::npos);
 }

@@ -57,10 +57,10 @@ std::string_view DecimalsBehind(std::string_view* line) {
 // Returns whether a first line holds column names without a leading #, which would make it a
 // comment.
 bool IsListHeading(std::string_view line) {
-  const std::string_view text =
-      line.substr(std::min(line.find_first_not_of(" \t\r,;"), line.size()));
-  return !text.empty() && std::isalpha(static_cast<unsigned char>(text.front())) != 0 &&
-         text.find_first_of("./\\") == std::string_view::npos;  // names no file
+  if (line.find_first_of("./\\") != std::string_view::npos) return false;  // names a file
+  const std::string_view first = NextField(&line, " \t\r,;");
+  const std::string_view second = NextField(&line, " \t\r,;");
+  return !second.empty() && std::isalpha(static_cast<unsigned char>(first.front())) != 0;
 }
 
 // Reads up to `pairs` pairs of stamp and name from each line that is no comment.
