@@ -2,16 +2,19 @@
 //   --source=x_test   the tests that x_test.cc holds, only
 //   --apart           each test in a process of its own, forked once the libraries are loaded: what
 //                     one of them leaves behind reaches no other
+//   --except=A,B      without the tests of the source that have these names (of the test, not its suite)
 //   --fast            without statistics over many seeds: tests with a name that ends in "Seeds"
 // Exit code 0: all passed; 1: some failed; 77: none failed, some were skipped.
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,17 +27,21 @@ constexpr int kSkipped = 77;
 
 struct Arguments {
   std::string source;
+  std::vector<std::string> except;
   bool apart = false;
   bool fast = false;
 };
 
 Arguments Parse(int argc, char** argv) {
-  constexpr std::string_view kSource = "--source=";
+  constexpr std::string_view kSource = "--source=", kExcept = "--except=";
   Arguments arguments;
   for (int i = 1; i < argc; ++i) {
     const std::string_view word = argv[i];
     if (word.starts_with(kSource)) {
       arguments.source = word.substr(kSource.size());
+    } else if (word.starts_with(kExcept)) {
+      std::istringstream names(std::string(word.substr(kExcept.size())));
+      for (std::string name; std::getline(names, name, ',');) arguments.except.push_back(name);
     } else if (word == "--apart") {
       arguments.apart = true;
     } else if (word == "--fast") {
@@ -47,19 +54,27 @@ Arguments Parse(int argc, char** argv) {
   return arguments;
 }
 
-std::vector<std::string> TestsOf(const std::string& source, bool fast) {
+// Returns the full names of the tests to run. Exits if the source has no test of a name in `except`,
+// which would otherwise exclude nothing once that test is renamed.
+std::vector<std::string> TestsOf(const Arguments& arguments) {
   std::vector<std::string> names;
+  std::vector<std::string> unknown = arguments.except;
   const testing::UnitTest& all = *testing::UnitTest::GetInstance();
   for (int s = 0; s < all.total_test_suite_count(); ++s) {
     const testing::TestSuite& suite = *all.GetTestSuite(s);
     for (int t = 0; t < suite.total_test_count(); ++t) {
       const testing::TestInfo& test = *suite.GetTestInfo(t);
-      if (fast && std::string_view(test.name()).ends_with("Seeds")) continue;
-      if (std::filesystem::path(test.file()).stem() == source) {
-        names.push_back(std::string(suite.name()) + '.' + test.name());
-      }
+      if (std::filesystem::path(test.file()).stem() != arguments.source) continue;
+      std::erase(unknown, test.name());
+      if (std::ranges::find(arguments.except, test.name()) != arguments.except.end()) continue;
+      if (arguments.fast && std::string_view(test.name()).ends_with("Seeds")) continue;
+      names.push_back(std::string(suite.name()) + '.' + test.name());
     }
   }
+  for (const std::string& name : unknown) {
+    std::fprintf(stderr, "%s.cc has no test %s to except\n", arguments.source.c_str(), name.c_str());
+  }
+  if (!unknown.empty()) std::exit(1);
   return names;
 }
 
@@ -130,7 +145,7 @@ int main(int argc, char** argv) {
   const Arguments arguments = Parse(argc, argv);
   if (arguments.source.empty()) return RUN_ALL_TESTS();
 
-  const std::vector<std::string> names = TestsOf(arguments.source, arguments.fast);
+  const std::vector<std::string> names = TestsOf(arguments);
   if (names.empty()) {
     std::fprintf(stderr, "this program has no test of %s.cc\n", arguments.source.c_str());
     return 1;
