@@ -93,7 +93,7 @@ void Write(const Measured& entry, YAML::Emitter* out) {
   if (entry.sigma > 0.0) *out << YAML::Comment(fmt::format("+- {:.2g}", entry.sigma));
 }
 
-bool IsTold(const Measured& entry) {
+bool IsMeasured(const Measured& entry) {
   return entry.value != 0.0 || entry.sigma != 0.0;
 }
 
@@ -101,7 +101,7 @@ bool IsTold(const Measured& entry) {
 void WriteErrors(const RgbdSensor& sensor, const CalibrationSigma& sigma, YAML::Emitter* out) {
   const FrameTiming& timing = sensor.timing;
   const Measured readout{"readout", timing.colour_readout, sigma.timing.colour_readout};
-  if (IsTold(readout)) {
+  if (IsMeasured(readout)) {
     *out << YAML::Key << "colour" << YAML::Value << YAML::BeginMap;
     Write(readout, out);
     *out << YAML::EndMap;
@@ -111,7 +111,7 @@ void WriteErrors(const RgbdSensor& sensor, const CalibrationSigma& sigma, YAML::
       {"readout", timing.depth_readout, sigma.timing.depth_readout},
       {"inverse_offset", sensor.inverse_depth_offset, sigma.inverse_depth_offset}};
   const DepthPattern& pattern = sensor.depth_pattern;
-  if (pattern.IsZero() && std::ranges::none_of(depth, IsTold)) return;
+  if (pattern.IsZero() && std::ranges::none_of(depth, IsMeasured)) return;
   *out << YAML::Key << "depth" << YAML::Value << YAML::BeginMap;
   for (const Measured& entry : depth) Write(entry, out);
   if (!pattern.IsZero()) {

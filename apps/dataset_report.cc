@@ -117,7 +117,8 @@ CalibrationReport FindCalibration(const std::filesystem::path& directory, int wi
   }
   const bool vga = width == 640 && height == 480;
   const std::string preset = PresetFromName(directory);
-  if (!preset.empty() && vga) return {preset, "certain", "the dataset's name tells the sensor"};
+  if (!preset.empty() && vga)
+    return {preset, "certain", "the name of the dataset names the sensor"};
   return CalibrationOf(depth, vga);
 }
 

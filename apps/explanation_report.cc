@@ -50,7 +50,7 @@ std::string ExplanationTable(const ErrorExplanation& explanation) {
   const auto cause = [&](const char* name, const std::optional<ErrorCause>& found,
                          const auto& describe) {
     if (!found)
-      return fmt::format("  {:<26} not told by this motion, or a shift too large\n", name);
+      return fmt::format("  {:<26} unobservable from this motion, or a shift too large\n", name);
     return row(name, describe(*found), found->rmse);
   };
   std::string text = fmt::format("\n  {:<26} {:<44} {:>10} {:>9}\n", "without",

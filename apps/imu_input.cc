@@ -20,7 +20,7 @@ std::optional<ImuInput> LoadImu(const Dataset& dataset,
   input.findings = CheckImu(recording.samples, video);
   input.samples = RepairImu(recording.samples, input.findings);
   if (input.IsUsable()) {
-    std::ranges::copy(DropDeniedRanges(input.samples, &input.calibration),
+    std::ranges::copy(DropExceededRanges(input.samples, &input.calibration),
                       std::back_inserter(input.findings));
   }
 

@@ -40,7 +40,7 @@ LossWords Explain(LossReason reason) {
     case LossReason::kRepeatedImage:
       return {"the colour image repeats the one before", "a recording without dropped images"};
     case LossReason::kDeadReckoning:
-      return {"the images told nothing for longer than the IMU can bridge",
+      return {"the images gave no pose for longer than the IMU can bridge",
               "shorter passages in the dark or before plain walls"};
   }
   return {"", ""};
@@ -67,7 +67,8 @@ std::string LossAdvice(const std::map<std::string, std::size_t>& reasons, std::s
                        words.what, words.helps);
   }
   return fmt::format(
-      "{} of {} frames without a pose: their submaps were lost at once and dropped; "
+      "{} of {} frames without a pose: tracking in their submaps was lost soon, and these submaps "
+      "were dropped; "
       "what helps: slower motion, more light",
       count, lost);
 }

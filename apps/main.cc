@@ -38,7 +38,7 @@ int RunAction(const CommandAction& action, const std::string& command) {
 // Introduction for new users.
 constexpr const char* kFirst =
     "highwall: RGB-D-inertial SLAM with points and lines, and the tools around it. To begin:\n"
-    "  highwall demo                               makes a recording, maps it, tells the error\n"
+    "  highwall demo                               makes a recording, maps it, reports the error\n"
     "  highwall info RECORDING                     what yours holds, and whether it can be used\n"
     "  highwall slam --dataset RECORDING --out run\n"
     "  highwall eval ape TRUTH run/trajectory.txt  its error, where the truth is known\n"

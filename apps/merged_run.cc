@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/map/point_kind_clash.h>
+#include <highwall/frontend/map/feature_type_mismatch.h>
 #include <highwall/frontend/system/slam_system.h>
 
 #include "map_pictures.h"
@@ -40,10 +40,10 @@ void RequireOneCamera(const std::vector<FinishedRun>& runs) {
   }
 }
 
-void RequireOnePointKind(const std::vector<FinishedRun>& runs) {
+void RequireOneFeatureType(const std::vector<FinishedRun>& runs) {
   const FinishedRun& first = runs.front();
   for (const FinishedRun& run : runs) {
-    const auto clash = FindClash(run.saved.map, first.saved.map);
+    const auto clash = FindMismatch(run.saved.map, first.saved.map);
     if (!clash) continue;
     throw IoError(run.path, fmt::format("is a map of points by {}, {} of points by {}: only maps "
                                         "of one kind of points can be merged",
@@ -263,7 +263,7 @@ bool MergedRuns::IsIn(std::size_t run, const MergedWorld& world) const {
 MergedRuns MergeRuns(std::vector<FinishedRun> runs, const MergeProgress& progress) {
   HIGHWALL_REQUIRE(!runs.empty(), "MergeRuns: there are no runs");
   RequireOneCamera(runs);
-  RequireOnePointKind(runs);
+  RequireOneFeatureType(runs);
   RequireKeyFramesOfTheirOwn(runs);
   MergedRuns result;
   result.camera = runs.front().saved.camera;

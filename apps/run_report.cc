@@ -15,7 +15,7 @@
 #include "run_output.h"
 
 namespace highwall::apps {
-nlohmann::json ToJson(const Milliseconds& milliseconds) {
+nlohmann::json ToJson(const TimingStatistics& milliseconds) {
   return {{"mean", milliseconds.mean},
           {"median", milliseconds.median},
           {"p95", milliseconds.p95},

@@ -10,7 +10,7 @@
 namespace highwall::apps {
 
 // Returns {"mean":..., "median":..., "p95":..., "count":...} in milliseconds.
-nlohmann::json ToJson(const Milliseconds& milliseconds);
+nlohmann::json ToJson(const TimingStatistics& milliseconds);
 nlohmann::json ToJson(const StageTimes& times);
 // Returns the absolute file name for a report, which may be read from another folder; empty if
 // `path` is empty.

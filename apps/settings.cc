@@ -1,7 +1,9 @@
 #include "settings.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -15,6 +17,16 @@
 
 namespace highwall::apps {
 namespace {
+
+// Settings that version 0.2 knew by another name, which is accepted as well until version 0.4.
+struct Renamed {
+  std::string_view before, now;
+};
+constexpr std::array kRenamed = {
+    Renamed{"loops.detector.min_found_apart", "loops.detector.min_match_ratio_across_submaps"},
+    Renamed{"loops.detector.overwhelming", "loops.detector.decisive_ratio"},
+    Renamed{"submaps.patience", "submaps.lost_timeout"},
+};
 
 template <class Field>
 concept Group = std::is_class_v<Field>;
@@ -109,15 +121,25 @@ std::string WhichIsMeant(const std::string& path) {
   return within == known.end() ? DidYouMean(path, known) : DidYouMean(*within, known);
 }
 
+// Returns the current path of a setting.
+std::string CurrentPath(const std::string& path) {
+  const auto* renamed = std::ranges::find(kRenamed, path, &Renamed::before);
+  return renamed == kRenamed.end() ? path : std::string(renamed->now);
+}
+
 template <class Options>
-void ReadGroup(YamlReader& file, Options* options) {
+void ReadGroup(YamlReader& file, Options* options, const std::string& group = "") {
   ForEachOption(*options, [&](const char* name, auto& field, const OptionRange& = {}) {
     using Field = std::remove_cvref_t<decltype(field)>;
     if constexpr (Group<Field>) {
-      ReadGroup(file.Section(name), &field);
+      ReadGroup(file.Section(name), &field, group + name + ".");
     } else {
-      file.Read(name, Demand<Field>(),
-                [&](const std::string& text) { return Parse(text, &field); });
+      const auto parse = [&](const std::string& text) { return Parse(text, &field); };
+      for (const Renamed& renamed : kRenamed) {
+        if (renamed.now != group + name) continue;
+        file.Read(std::string(renamed.before.substr(group.size())), Demand<Field>(), parse);
+      }
+      file.Read(name, Demand<Field>(), parse);
     }
   });
 }
@@ -140,7 +162,7 @@ void WriteGroup(const Options& options, const std::string& indent, std::string* 
 
 void Set(const std::string& setting, SlamOptions* options) {
   const std::size_t end = setting.find('=');
-  const std::string path = setting.substr(0, end);
+  const std::string path = CurrentPath(setting.substr(0, end));
   HIGHWALL_REQUIRE(end != std::string::npos,
                    "must be NAME=VALUE, such as tracker.min_support=25, is " + setting);
   const std::string text = setting.substr(end + 1);

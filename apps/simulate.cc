@@ -296,7 +296,7 @@ void AddImuOptions(CLI::App* command, SimulateArguments* arguments) {
       ->check(CLI::PositiveNumber);
   command
       ->add_option("--imu-faults", arguments->imu_faults,
-                   "What the sensor does beside noise, and no calibration tells: off, hard, or "
+                   "Faults of the sensor beside noise, unknown to its calibration: off, hard, or "
                    "hard,name=value,... (docs/simulator.md)")
       ->check(AreImuFaults())
       ->capture_default_str();

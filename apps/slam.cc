@@ -97,7 +97,7 @@ void PrintMapping(const SlamRun& run) {
   fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
              run.lines);
   if (!run.depth_pattern.IsZero()) {
-    fmt::print("depth       mended by {:.2f} % over the image, at 1 m (RMS)\n",
+    fmt::print("depth       distortion corrected: {:.2f} % over the image, at 1 m (RMS)\n",
                100.0 * run.depth_pattern.Rms());
   }
   if (run.inertial) PrintInertial(*run.inertial);

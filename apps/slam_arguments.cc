@@ -99,7 +99,7 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
           ->required();
   command->add_option("--config", arguments->config,
                       "tum1, tum2, tum3 or a YAML file (default: calibration.yaml of the dataset, "
-                      "else what its name tells)");
+                      "else the preset that its name gives)");
   AddMaxPairDifference(command, &arguments->max_pair_difference);
   CLI::Option* out = command->add_option("--out", arguments->out, "Folder for the results")
                          ->required()
@@ -114,7 +114,7 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
   AddChoice(command, "--line-detector", &arguments->detector,
             Named<LineDetector>(kChoices<LineDetector>), "What finds lines (default: edlines)");
   AddChoice(command, "--line-outliers", &arguments->mad_rule, Named<MadRule>(kChoices<MadRule>),
-            "How false matches of lines are told (default: median)");
+            "How false matches of lines are rejected (default: median)");
   AddChoice(command, "--weighting", &arguments->weighting, Named<Weighting>(kChoices<Weighting>),
             "Of what has depth (default: covariance)");
   command->add_option("--resolution", arguments->resolution, "Edge of the smallest voxel [m]")
@@ -134,11 +134,12 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
                   "(default: on)");
   AddChoice<bool>(command, "--moving-objects", &arguments->moving_objects,
                   {{"on", true}, {"off", false}},
-                  "on: what moves is neither tracked nor mapped (default: on)");
-  AddChoice(command, "--frame-timing", &arguments->frame_timing,
-            Named<FrameTimingMode>(kChoices<FrameTimingMode>),
-            "estimated: read-out of the rows and delay of depth are found out, known: they are "
-            "those of the calibration (default: estimated)");
+                  "on: dynamic objects are masked out of tracking and mapping (default: on)");
+  AddChoice(
+      command, "--frame-timing", &arguments->frame_timing,
+      Named<FrameTimingMode>(kChoices<FrameTimingMode>),
+      "estimated: the readout of the rows and the delay of depth are estimated online, known: "
+      "they are those of the calibration (default: estimated)");
   CLI::Option* deterministic =
       command->add_flag("--deterministic", arguments->deterministic,
                         "One thread; the same output, bit for bit, on every run");

@@ -12,8 +12,8 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/features/make_point_extractor.h>
 #include <highwall/frontend/input/frame_reader.h>
+#include <highwall/frontend/map/feature_type_mismatch.h>
 #include <highwall/frontend/map/map.h>
-#include <highwall/frontend/map/point_kind_clash.h>
 #include <highwall/internal/stopwatch.h>
 
 #include "attempt.h"
@@ -183,12 +183,12 @@ Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera,
                const FrameBuilderOptions& frame) {
   if (path.empty()) return {};
   SavedMap saved = LoadMap(path);
-  const PointKind kind = MakePointExtractor(frame)->kind();
-  if (const auto clash = FindClash(saved.map, kind)) {
+  const FeatureType kind = MakePointExtractor(frame)->kind();
+  if (const auto clash = FindMismatch(saved.map, kind)) {
     throw IoError(path, "is a map of points by " + clash->first + ", this run finds them by " +
                             clash->second + ": choose another " +
-                            (saved.map.point_kind().name != kind.name ? "--point-detector"
-                                                                      : "frame.orb.pyramid"));
+                            (saved.map.feature_type().name != kind.name ? "--point-detector"
+                                                                        : "frame.orb.pyramid"));
   }
   if (!IsSameCamera(saved.camera, camera)) throw IoError(path, "is a map of another camera");
   return std::move(saved.map);
@@ -270,7 +270,7 @@ Pose ExtrinsicsOf(const SlamRunOptions& options, const SlamRun& run) {
 MeasurementModel ModelOf(const Map& map, const RgbdSensor& sensor, const SlamRunOptions& options,
                          const SlamRun& run) {
   return MeasurementModel(sensor, options.slam.measurement, ExtrinsicsOf(options, run),
-                          map.point_kind().pyramid);
+                          map.feature_type().pyramid);
 }
 
 std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
@@ -304,7 +304,7 @@ class RunTally {
       causal_[result.submap].push_back({result.stamp, result.T_WC});
     }
     if (result.relocalized) ++run_.relocalizations;
-    if (!result.open_directions.empty()) ++run_.open_frames;
+    if (!result.unobservable_directions.empty()) ++run_.open_frames;
     if (!result.mapping) return;
     ++run_.keyframes_made;
     run_.keyframe_stamps[result.mapping->keyframe] = result.stamp;
@@ -358,7 +358,7 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
   run->timing = slam.timing();
   run->depth_pattern = slam.depth_pattern();
   run->noise = slam.noise();
-  run->levels = slam.map().point_kind().pyramid.levels;
+  run->levels = slam.map().feature_type().pyramid.levels;
   const auto attempt = [run](const char* what, const auto& work) {
     Attempt(what, &run->failures, work);
   };
@@ -413,7 +413,7 @@ std::size_t CountWithoutDepth(const Dataset& dataset, const SlamRunOptions& opti
 
 }  // namespace
 
-Milliseconds Summarize(std::vector<double> samples) {
+TimingStatistics Summarize(std::vector<double> samples) {
   if (samples.empty()) return {};
   std::sort(samples.begin(), samples.end());
   const auto at = [&](double quantile) {

@@ -46,20 +46,20 @@ struct SlamRunOptions {
 };
 
 // Mean, median, 95th and 99th percentile of samples [ms]; zeros if there are none.
-struct Milliseconds {
+struct TimingStatistics {
   double mean = 0.0, median = 0.0, p95 = 0.0, p99 = 0.0;
   std::size_t count = 0;
 };
-Milliseconds Summarize(std::vector<double> samples);
+TimingStatistics Summarize(std::vector<double> samples);
 
 struct StageTimes {
-  Milliseconds points, lines;  // extraction, in parallel
-  Milliseconds features;       // both
-  Milliseconds pose;           // matching and pose estimation
-  Milliseconds tracking;       // features + pose: total per frame
-  Milliseconds mapping;        // local mapping, per keyframe
-  Milliseconds frame;          // all of SlamSystem::Track, including keyframes and loops
-  Milliseconds dense;          // depth filters, cloud and octree of a keyframe
+  TimingStatistics points, lines;  // extraction, in parallel
+  TimingStatistics features;       // both
+  TimingStatistics pose;           // matching and pose estimation
+  TimingStatistics tracking;       // features + pose: total per frame
+  TimingStatistics mapping;        // local mapping, per keyframe
+  TimingStatistics frame;          // all of SlamSystem::Track, including keyframes and loops
+  TimingStatistics dense;          // depth filters, cloud and octree of a keyframe
 };
 
 // Interval between two images that an IMU factor connects.
@@ -89,7 +89,7 @@ struct InertialSummary {
   double mean_weight = 0.0;                // of the IMU factors
   double reduced_share = 0.0;              // of the IMU factors, those with a weight below 1
   double mean_innovation = 0.0;            // squared, per degree of freedom: 1 where consistent
-  Milliseconds tight;                      // updates of the tightly coupled smoother
+  TimingStatistics tight;                  // updates of the tightly coupled smoother
   std::size_t refused_updates = 0;         // rejected ones among those
   std::vector<WeighedInterval> intervals;  // by images, ascending
   std::vector<ImuState> states;            // a few a second, ascending

@@ -151,7 +151,7 @@ std::unique_ptr<PointExtractor> MakeExtractor(const std::string& detector) {
 nlohmann::ordered_json Measure(const std::string& detector, int gap, int seeds) {
   constexpr int kStep = 10;  // [frames]
   const auto extractor = MakeExtractor(detector);
-  const PointKind& kind = extractor->kind();
+  const FeatureType& kind = extractor->kind();
   const DescriptorBits bits(kind.descriptor, kind.columns);
   Tally tally;
   for (int seed = 1; seed <= seeds; ++seed) {

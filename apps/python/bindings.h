@@ -22,7 +22,7 @@ void BindFactorGraph(py::module_& module);
 void BindSmoother(py::module_& module);
 void BindPoseGraph(py::module_& module);
 void BindTrajectory(py::module_& module);
-void BindOwnFactors(py::module_& module);
+void BindUserFactors(py::module_& module);
 void BindPointExtractor(py::module_& module);
 void BindSlam(py::module_& module);
 void BindMapping(py::module_& module);

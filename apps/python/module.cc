@@ -45,7 +45,7 @@ PYBIND11_MODULE(_highwall, module) {
   BindSmoother(module);
   BindPoseGraph(module);
   BindTrajectory(module);
-  BindOwnFactors(module);
+  BindUserFactors(module);
   BindPointExtractor(module);
   BindSlam(module);
   BindMapping(module);

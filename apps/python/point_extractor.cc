@@ -59,7 +59,7 @@ class CalledPoints final : public PointExtractor {
         points_(*points.cast<PythonPoints*>()),
         kind_(points_.kind()) {}
 
-  const PointKind& kind() const override { return kind_; }
+  const FeatureType& kind() const override { return kind_; }
   ExtractedPoints Extract(const cv::Mat& gray) override {
     const InterpreterLock lock;
     if (!lock.IsTaken()) return {};
@@ -73,12 +73,12 @@ class CalledPoints final : public PointExtractor {
   const std::shared_ptr<CallGate> gate_;
   const std::shared_ptr<Reference> owner_;
   PythonPoints& points_;
-  const PointKind kind_;
+  const FeatureType kind_;
 };
 
 }  // namespace
 
-PythonPoints::PythonPoints(PointKind kind) : kind_(std::move(kind)) {
+PythonPoints::PythonPoints(FeatureType kind) : kind_(std::move(kind)) {
   kind_.Validate();
 }
 
@@ -111,21 +111,22 @@ void BindPointExtractor(py::module_& module) {
       "width of uint8, as the camera gave it. keypoints: N x 5: x, y [px], octave, angle [deg, "
       "negative: none], response. descriptors: N x columns of uint8 or float32.")
       .def(py::init([](std::string name, int columns, DescriptorType descriptor, int levels,
-                       double scale_factor, float faint_response) {
+                       double scale_factor, float low_contrast_response) {
              return std::make_shared<PythonPoints>(
-                 PointKind{.name = std::move(name),
-                           .descriptor = descriptor,
-                           .columns = columns,
-                           .pyramid = {.levels = levels, .scale_factor = scale_factor},
-                           .faint_response = faint_response});
+                 FeatureType{.name = std::move(name),
+                             .descriptor = descriptor,
+                             .columns = columns,
+                             .pyramid = {.levels = levels, .scale_factor = scale_factor},
+                             .low_contrast_response = low_contrast_response});
            }),
            py::arg("name"), py::arg("columns"), py::kw_only(),
            py::arg("descriptor") = DescriptorType::kBinary,
            py::arg("levels") = PyramidOptions{}.levels,
            py::arg("scale_factor") = PyramidOptions{}.scale_factor,
-           py::arg("faint_response") = PointKind{}.faint_response,
+           py::arg("low_contrast_response") = FeatureType{}.low_contrast_response,
            "name: of the kind of descriptor, kept in map files. levels, scale_factor: by which a "
-           "point is coarser from octave to octave. faint_response: with less none begins a map.")
+           "point is coarser from octave to octave. low_contrast_response: with less none begins a "
+           "map.")
       .def_property_readonly("name", [](const PythonPoints& points) { return points.kind().name; });
 }
 

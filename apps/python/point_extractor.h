@@ -18,13 +18,13 @@ namespace py = pybind11;
 class PythonPoints : public PointExtractor {
  public:
   // Throws InvalidArgument for an invalid kind.
-  explicit PythonPoints(PointKind kind);
+  explicit PythonPoints(FeatureType kind);
 
-  const PointKind& kind() const override { return kind_; }
+  const FeatureType& kind() const override { return kind_; }
   ExtractedPoints Extract(const cv::Mat& gray) override;
 
  private:
-  const PointKind kind_;
+  const FeatureType kind_;
 };
 
 // Returns the extractor of a Python object, for use by the object behind the gate, and keeps the

@@ -28,8 +28,8 @@ void BindPriors(py::module_& module) {
   py::class_<DirectionPrior, CostFunction, std::shared_ptr<DirectionPrior>>(
       module, "DirectionPrior", "Of a UnitDirection, with a standard deviation [rad].")
       .def(py::init<const UnitDirection&, double>(), py::arg("n_0"), py::arg("sigma"));
-  py::class_<UprightPrior, CostFunction, std::shared_ptr<UprightPrior>>(
-      module, "UprightPrior",
+  py::class_<GravityPrior, CostFunction, std::shared_ptr<GravityPrior>>(
+      module, "GravityPrior",
       "Of a Pose of one frame in another: both have their z axis up, to a standard deviation "
       "[rad].")
       .def(py::init<double>(), py::arg("sigma"));

@@ -15,10 +15,10 @@
 #include "bindings.h"
 #include "images.h"
 #include "imu_samples.h"
-#include "own_factors.h"
 #include "point_extractor.h"
 #include "python_slam.h"
 #include "trajectory.h"
+#include "user_factors.h"
 
 namespace highwall::python {
 namespace {
@@ -179,7 +179,7 @@ void BindDataset(py::module_& module) {
 }
 
 void BindSlamOptions(py::module_& module) {
-  py::class_<SlamOptions> options(module, "SlamOptions", "What a SlamSystem is told.");
+  py::class_<SlamOptions> options(module, "SlamOptions", "Options of a SlamSystem.");
   options.def(
       py::init([](bool points, bool lines, bool loops, bool submaps, bool moving_objects, bool wait,
                   bool deterministic) {
@@ -238,7 +238,7 @@ Eigen::VectorXd ArrayOf(const std::array<double, kSize>& values) {
 
 void BindEstimates(py::module_& module) {
   py::class_<FrameTimingEstimate>(module, "FrameTimingEstimate",
-                                  "A FrameTiming that was found out.")
+                                  "A FrameTiming that was estimated online.")
       .def_readonly("value", &FrameTimingEstimate::value)
       .def_readonly("sigma", &FrameTimingEstimate::sigma, "Standard deviations.");
   py::class_<NoiseEstimate>(module, "NoiseEstimate",

@@ -74,7 +74,7 @@ nlohmann::json BenchMoving(const ConditionOptions& options) {
       table.Add(scene + ", still", seed, still);
       const SimulatedSequence sequence = SimulateScene(scene, seed, seconds, true);
       table.Add(scene + ", traffic", seed, Against(still, Run(sequence, options.starts, true)));
-      table.Add(scene + ", traffic not set aside", seed,
+      table.Add(scene + ", traffic not masked out", seed,
                 Against(still, Run(sequence, options.starts, false)));
     }
   }

@@ -210,7 +210,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->check(apps::Between(-0.2, 0.2));
   app.add_option(
          "--noise-ratio", arguments.noise_ratio,
-         "True noise of depth and IMU over that of the data sheets, which the system is told")
+         "True noise of depth and IMU over that of the data sheets, which the system is given")
       ->check(apps::Between(0.01, 100.0))
       ->capture_default_str();
   app.add_flag("--hard", arguments.hard,

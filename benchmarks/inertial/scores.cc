@@ -60,8 +60,8 @@ double Judge::Seconds(Stamp stamp) const {
 }
 
 void Judge::Watch(const FrameResult& result) {
-  if (result.inertial && result.inertial->T_level) {
-    for (StampedPose& pose : levelled_) pose.pose = *result.inertial->T_level * pose.pose;
+  if (result.inertial && result.inertial->T_gravity) {
+    for (StampedPose& pose : levelled_) pose.pose = *result.inertial->T_gravity * pose.pose;
   }
   if (HasPose(result.state)) {
     causal_.push_back({result.stamp, result.T_WC});

@@ -22,11 +22,11 @@ class Places {
   }
 
   // Alternates between two timings whose difference exceeds both sigmas.
-  void Retime(std::span<const KeyFrameId> keyframes) {
+  void Compensate(std::span<const KeyFrameId> keyframes) {
     moved_ = !moved_;
     const double readout = moved_ ? 0.03 : 0.01;
-    times_.Retime({.value = {.colour_readout = readout, .depth_readout = readout}}, keyframes,
-                  &map_);
+    times_.Compensate({.value = {.colour_readout = readout, .depth_readout = readout}}, keyframes,
+                      &map_);
   }
   std::span<const KeyFrameId> all() const { return ids_; }
 
@@ -58,18 +58,18 @@ class Places {
 };
 
 // At a new keyframe: retimes those around it. state.range(0): keyframes of the map.
-void BM_RetimeAround(benchmark::State& state) {
+void BM_CompensateAround(benchmark::State& state) {
   Places places(static_cast<int>(state.range(0)));
-  for ([[maybe_unused]] const auto _ : state) places.Retime(places.all().last(kOfAPlace));
+  for ([[maybe_unused]] const auto _ : state) places.Compensate(places.all().last(kOfAPlace));
 }
-BENCHMARK(BM_RetimeAround)->Arg(100)->Arg(400)->Arg(1600)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_CompensateAround)->Arg(100)->Arg(400)->Arg(1600)->Unit(benchmark::kMillisecond);
 
 // Retimes all keyframes, as before a loop, and as formerly at every new keyframe.
-void BM_RetimeAll(benchmark::State& state) {
+void BM_CompensateAll(benchmark::State& state) {
   Places places(static_cast<int>(state.range(0)));
-  for ([[maybe_unused]] const auto _ : state) places.Retime(places.all());
+  for ([[maybe_unused]] const auto _ : state) places.Compensate(places.all());
 }
-BENCHMARK(BM_RetimeAll)->Arg(100)->Arg(400)->Arg(1600)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_CompensateAll)->Arg(100)->Arg(400)->Arg(1600)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace highwall::row_times_bench

@@ -6,8 +6,8 @@
 
 namespace highwall {
 
-BackgroundWorker::BackgroundWorker(std::size_t backlog, SpareWork spare)
-    : backlog_(backlog), spare_(std::move(spare)), has_spare_(spare_ != nullptr) {
+BackgroundWorker::BackgroundWorker(std::size_t backlog, IdleTask idle_task)
+    : backlog_(backlog), idle_task_(std::move(idle_task)), has_idle_work_(idle_task_ != nullptr) {
   HIGHWALL_REQUIRE(backlog >= 1, "the backlog of a BackgroundWorker must be at least 1");
   thread_ = std::jthread([this](const std::stop_token& end) { Serve(end); });
 }
@@ -66,7 +66,7 @@ void BackgroundWorker::ThrowError() {
 
 void BackgroundWorker::Serve(const std::stop_token& end) {
   std::unique_lock lock(mutex_);
-  while (changed_.wait(lock, end, [this] { return has_spare_ || !waiting_.empty(); }) &&
+  while (changed_.wait(lock, end, [this] { return has_idle_work_ || !waiting_.empty(); }) &&
          !end.stop_requested()) {
     DoNext(lock);
   }
@@ -81,13 +81,13 @@ void BackgroundWorker::DoNext(std::unique_lock<std::mutex>& lock) {
     changed_.notify_all();
   }
   lock.unlock();
-  bool more = spare_ != nullptr;
+  bool more = idle_task_ != nullptr;
   std::exception_ptr error;
   try {
     if (piece.work) {
       piece.work(piece.stop);
     } else {
-      more = spare_();
+      more = idle_task_();
     }
   } catch (...) {
     error = std::current_exception();
@@ -95,7 +95,7 @@ void BackgroundWorker::DoNext(std::unique_lock<std::mutex>& lock) {
   piece = {};  // releases its captures before it is reported as finished
   lock.lock();
   busy_ = false;
-  has_spare_ = more && !error;
+  has_idle_work_ = more && !error;
   if (error) {
     error_ = error;
     waiting_.clear();

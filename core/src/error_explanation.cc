@@ -23,7 +23,8 @@ constexpr int kTime = 6, kScale = 7, kLever = 8, kUnknowns = 11;
 using Vector = Eigen::Matrix<double, kUnknowns, 1>;
 using Matrix = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 constexpr int kIterations = 10;
-constexpr double kTold = 1e-9;  // least eigenvalue of the scaled information of observable causes
+constexpr double kMinInformation =
+    1e-9;  // least eigenvalue of the scaled information of observable causes
 constexpr double kVelocityStep =
     0.05;  // [s] to each side, to differentiate the position of the reference
 
@@ -159,7 +160,7 @@ class Model {
     const Eigen::VectorXd unit = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = unit.asDiagonal() * H * unit.asDiagonal();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled, Eigen::EigenvaluesOnly);
-    if (!(eigen.eigenvalues()(0) > kTold)) return std::nullopt;
+    if (!(eigen.eigenvalues()(0) > kMinInformation)) return std::nullopt;
     Vector step = Vector::Zero();
     step(columns) = unit.cwiseProduct(
         scaled.ldlt().solve(unit.cwiseProduct(Eigen::VectorXd(normal.b(columns)))));

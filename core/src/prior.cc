@@ -48,11 +48,11 @@ bool DirectionPrior::Evaluate(double const* const* parameters, double* residuals
   return true;
 }
 
-UprightPrior::UprightPrior(double sigma) : inverse_sigma_(1.0 / sigma) {
-  HIGHWALL_REQUIRE(std::isfinite(sigma) && sigma > 0.0, "UprightPrior: sigma must be positive");
+GravityPrior::GravityPrior(double sigma) : inverse_sigma_(1.0 / sigma) {
+  HIGHWALL_REQUIRE(std::isfinite(sigma) && sigma > 0.0, "GravityPrior: sigma must be positive");
 }
 
-bool UprightPrior::Evaluate(double const* const* parameters, double* residuals,
+bool GravityPrior::Evaluate(double const* const* parameters, double* residuals,
                             double** jacobians) const {
   const Eigen::Map<const Eigen::Quaterniond> q(parameters[0] + 3);
   const Eigen::Matrix3d R = q.toRotationMatrix();

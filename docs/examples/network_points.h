@@ -47,7 +47,7 @@ class NetworkPoints final : public highwall::PointExtractor {
              .pyramid = {.levels = 1, .scale_factor = 2.0}};
   }
 
-  const highwall::PointKind& kind() const override { return kind_; }
+  const highwall::FeatureType& kind() const override { return kind_; }
 
   highwall::ExtractedPoints Extract(const cv::Mat& gray) override {
     cv::Mat padded;
@@ -169,6 +169,6 @@ class NetworkPoints final : public highwall::PointExtractor {
 
   NetworkPointOptions options_;
   std::filesystem::path path_;
-  highwall::PointKind kind_;
+  highwall::FeatureType kind_;
   cv::dnn::Net net_;
 };

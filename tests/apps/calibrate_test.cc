@@ -300,7 +300,7 @@ TEST(CalibrateCommand, FindsAPatternOfDepthOverTheImage) {
 }
 
 // `highwall slam` estimates the depth distortion online.
-TEST(SlamCommand, MendsAPatternOfDepthThatItFinds) {
+TEST(SlamCommand, CorrectsADepthDistortionThatItFinds) {
   const testing::TemporaryDirectory folder;
   const fs::path dataset = folder / "walk";
   simulate::SimulationOptions options = testing::SmallRoomOptions();
@@ -319,12 +319,12 @@ TEST(SlamCommand, MendsAPatternOfDepthThatItFinds) {
                              .statistics.rmse;
     return std::pair(outcome.out, error);
   };
-  const auto [words, mended] = run("mended", "");
+  const auto [words, corrected] = run("corrected", "");
   const auto [silent, as_it_is] = run("as_it_is", " --set depth_pattern.enabled=false");
-  EXPECT_LT(mended, 0.7 * as_it_is);
-  EXPECT_NE(words.find("depth       mended by "), std::string::npos) << words;
-  EXPECT_EQ(silent.find("mended"), std::string::npos) << silent;
-  std::ifstream file(folder / "mended" / "run.json");
+  EXPECT_LT(corrected, 0.7 * as_it_is);
+  EXPECT_NE(words.find("depth       distortion corrected: "), std::string::npos) << words;
+  EXPECT_EQ(silent.find("distortion corrected"), std::string::npos) << silent;
+  std::ifstream file(folder / "corrected" / "run.json");
   const auto found = json::parse(file)["depth_pattern"]["values_per_m"].get<std::vector<double>>();
   ASSERT_EQ(found.size(), static_cast<std::size_t>(DepthPattern::kNodes));
   DepthPattern left;

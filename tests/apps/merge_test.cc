@@ -279,11 +279,11 @@ TEST_F(MergeTest, ARunIsNotMergedWithOneThatHoldsItsKeyFrames) {
 
 TEST_F(MergeTest, MapsOfAnotherCameraOrOtherPointsAndLocalizationsAreRefused) {
   SavedMap map = LoadMap(*folder_ / "run_tuesday/map.hwmap");
-  map.map.SetPointKind({.name = "sift"});
+  map.map.SetFeatureType({.name = "sift"});
   SaveMap(*folder_ / "sift.hwmap", map.camera, map.map);
   ExpectRefused(In("merge run_monday sift.hwmap --out nothing"), 2,
                 {"sift.hwmap: is a map of points by sift, run_monday of points by orb"});
-  map.map.SetPointKind({.pyramid = {.levels = 4, .scale_factor = 1.5}});
+  map.map.SetFeatureType({.pyramid = {.levels = 4, .scale_factor = 1.5}});
   SaveMap(*folder_ / "coarse.hwmap", map.camera, map.map);
   ExpectRefused(In("merge run_monday coarse.hwmap --out nothing"), 2,
                 {"coarse.hwmap: is a map of points by orb in 4 levels of 1.5, run_monday of points "

@@ -97,7 +97,7 @@ TEST_F(SettingsTest, TheFileSaysUnitsAndRanges) {
        {"\n  orb:\n    features: 1000  # >= 1\n", "\n    pyramid:\n      levels: 8  # in [1, 16]\n",
         "\n  point_sigma: 0.7  # [px] > 0\n", "    detector: edlines  # lsd, edlines\n",
         "    min_length: 0.04  # [of the longer image side] in (0, 1]\n",
-        "\nlocalize_only: false\n", "    seed: 1\n", "  patience: 0.3  # [s] >= 0\n"}) {
+        "\nlocalize_only: false\n", "    seed: 1\n", "  lost_timeout: 0.3  # [s] >= 0\n"}) {
     EXPECT_NE(file.find(line), std::string::npos) << line;
   }
 }
@@ -107,6 +107,20 @@ TEST_F(SettingsTest, AFileNeedNotSayAll) {
   EXPECT_EQ(options.tracker.min_support, 31);
   EXPECT_EQ(options.tracker.pose.rounds, 4);
   EXPECT_EQ(ChangedSettings(options).size(), 2u);
+}
+
+TEST_F(SettingsTest, NamesOfTheVersionBeforeAreAcceptedAsTheyAre) {
+  const SlamOptions read = Read(
+      "submaps: {patience: 0.7}\nloops: {detector: {overwhelming: 3, min_found_apart: 0.5}}\n");
+  SlamOptions set;
+  for (const char* setting : {"submaps.patience=0.7", "loops.detector.overwhelming=3",
+                              "loops.detector.min_found_apart=0.5"}) {
+    Set(setting, &set);
+  }
+  EXPECT_EQ(read.submaps.lost_timeout, 0.7);
+  EXPECT_EQ(ChangedSettings(read).size(), 3u);
+  EXPECT_EQ(SettingsFile(read), SettingsFile(set));
+  EXPECT_EQ(SettingsFile({}).find("patience"), std::string::npos) << "written by the new name only";
 }
 
 TEST_F(SettingsTest, AFileIsRefusedByItsLineAndInItsWords) {

@@ -401,11 +401,11 @@ void Troubleshooting::Runs() {
   testing::Truncate(map, 0.9);
   Slam("plain", "--load-map half.hwmap");
   Map sift;
-  sift.SetPointKind({.name = "sift"});
+  sift.SetFeatureType({.name = "sift"});
   SaveMap(folder_.path() / "sift.hwmap", PinholeCamera(), sift);
   Slam("plain", "--load-map sift.hwmap");
   Map coarse;
-  coarse.SetPointKind({.pyramid = {.levels = 4}});
+  coarse.SetFeatureType({.pyramid = {.levels = 4}});
   SaveMap(folder_.path() / "coarse.hwmap", PinholeCamera(), coarse);
   Slam("plain", "--load-map coarse.hwmap");
   Slam("plain", "--load-map plain");
@@ -477,13 +477,13 @@ void Troubleshooting::Graphs() {
 void Troubleshooting::Extractors() {
   class Outside final : public PointExtractor {
    public:
-    const PointKind& kind() const override { return kind_; }
+    const FeatureType& kind() const override { return kind_; }
     ExtractedPoints Extract(const cv::Mat& gray) override {
       return {{{static_cast<float>(gray.cols), 10.0F, 1.0F}}, cv::Mat::zeros(1, 32, CV_8U)};
     }
 
    private:
-    PointKind kind_{.name = "outside"};
+    FeatureType kind_{.name = "outside"};
   };
   const RgbdSensor sensor;
   const cv::Size size(sensor.camera.width, sensor.camera.height);
@@ -493,7 +493,7 @@ void Troubleshooting::Extractors() {
   said_.push_back(testing::MessageOf<InvalidArgument>([&] { slam.Track(image); }));
   Map sift;
   sift.AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
-  sift.SetPointKind({.name = "sift"});
+  sift.SetFeatureType({.name = "sift"});
   said_.push_back(testing::MessageOf<InvalidArgument>(
       [&] { SlamSystem(sensor, {}, std::nullopt, std::move(sift)); }));
 }

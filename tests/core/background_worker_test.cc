@@ -25,20 +25,20 @@ TEST(BackgroundWorker, DoesAllWorkInOrderBeforeItFinishes) {
 }
 
 TEST(BackgroundWorker, UsesSpareTimeUntilThereIsNothingToDoAndAgainAfterWork) {
-  std::atomic<int> spare = 0;
+  std::atomic<int> idle_task = 0;
   BackgroundWorker worker(1, [&] {
-    const bool more = ++spare % 3 != 0;
-    spare.notify_all();
+    const bool more = ++idle_task % 3 != 0;
+    idle_task.notify_all();
     return more;
   });
-  spare.wait(0);
-  for (int now = spare; now < 3; now = spare) spare.wait(now);
+  idle_task.wait(0);
+  for (int now = idle_task; now < 3; now = idle_task) idle_task.wait(now);
   std::latch begun(1);
   worker.Post([&](Stop) { begun.count_down(); });
   begun.wait();
-  for (int now = spare; now < 6; now = spare) spare.wait(now);
+  for (int now = idle_task; now < 6; now = idle_task) idle_task.wait(now);
   worker.Finish();
-  EXPECT_EQ(spare, 6);
+  EXPECT_EQ(idle_task, 6);
 }
 
 TEST(BackgroundWorker, HoldsNoMoreThanItsBacklog) {
@@ -80,7 +80,7 @@ TEST(BackgroundWorker, ThrowsWhatWorkThrewAtTheNextCallOnceAndGoesOn) {
 }
 
 TEST(BackgroundWorker, ThrowsWhatSpareWorkThrew) {
-  BackgroundWorker worker(1, []() -> bool { throw std::runtime_error("spare"); });
+  BackgroundWorker worker(1, []() -> bool { throw std::runtime_error("idle_task"); });
   const auto post = [&] {
     for (int i = 0; i < 1000; ++i) {
       worker.Post([](Stop) {});

@@ -118,8 +118,8 @@ TEST(PosePrior, RefusesNonFiniteArguments) {
   EXPECT_THROW(PosePrior(T, Matrix6::Identity()), InvalidArgument);
 }
 
-TEST(UprightPrior, IsTheSineOfTheTiltOverSigma) {
-  const UprightPrior factor(0.1);
+TEST(GravityPrior, IsTheSineOfTheTiltOverSigma) {
+  const GravityPrior factor(0.1);
   for (const double angle : {0.0, 1e-8, 0.2, 1.5}) {
     const Pose tilted = Pose::FromTangent({1, 2, 3}, {0.6 * angle, 0.8 * angle, 0.0});
     const double* blocks[] = {tilted.data()};
@@ -129,11 +129,11 @@ TEST(UprightPrior, IsTheSineOfTheTiltOverSigma) {
   }
 }
 
-TEST(UprightPrior, JacobiansMatchCentralDifferences) {
+TEST(GravityPrior, JacobiansMatchCentralDifferences) {
   RandomStates random(14);
   const PoseManifold manifold;
   for (int i = 0; i < 50; ++i) {
-    const UprightPrior factor(random.Uniform(0.01, 1.0));
+    const GravityPrior factor(random.Uniform(0.01, 1.0));
     const Pose T = random.RandomPose();
     const auto result = testing::CheckJacobians(
         factor, {std::vector<double>(T.data(), T.data() + Pose::kSize)}, {&manifold});
@@ -141,11 +141,11 @@ TEST(UprightPrior, JacobiansMatchCentralDifferences) {
   }
 }
 
-TEST(UprightPrior, HeadingAndPositionAreFree) {
+TEST(GravityPrior, HeadingAndPositionAreFree) {
   const Pose turned = Pose::FromTangent({1e6, -5, 3}, {0.0, 0.0, 2.5});
   FactorGraph graph;
   const auto pose = graph.AddVariable(turned * Pose::FromTangent({0, 0, 0}, {0.3, -0.2, 0.0}));
-  graph.AddFactor(std::make_unique<UprightPrior>(0.1), pose);
+  graph.AddFactor(std::make_unique<GravityPrior>(0.1), pose);
   ASSERT_TRUE(graph.Solve({.function_tolerance = 0.0, .parameter_tolerance = 1e-14}).IsUsable());
   const Pose level = graph.Value(pose);
   EXPECT_LT((level.q() * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitZ()).norm(), 1e-8);
@@ -154,9 +154,9 @@ TEST(UprightPrior, HeadingAndPositionAreFree) {
   EXPECT_LT((turned.Inverse() * level).Angle(), 0.05);
 }
 
-TEST(UprightPrior, RefusesASigmaThatIsNotPositive) {
-  EXPECT_THROW(UprightPrior(0.0), InvalidArgument);
-  EXPECT_THROW(UprightPrior{std::numeric_limits<double>::quiet_NaN()}, InvalidArgument);
+TEST(GravityPrior, RefusesASigmaThatIsNotPositive) {
+  EXPECT_THROW(GravityPrior(0.0), InvalidArgument);
+  EXPECT_THROW(GravityPrior{std::numeric_limits<double>::quiet_NaN()}, InvalidArgument);
 }
 
 Eigen::Vector2d Residual(const DirectionPrior& factor, const UnitDirection& n) {

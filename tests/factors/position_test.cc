@@ -109,7 +109,7 @@ TEST(PositionFactor, SolvingFindsTheAlignmentOfAWay) {
         std::make_unique<PositionFactor>(truth * (T_WB * l), l, 10.0 * Eigen::Matrix3d::Identity()),
         pose, alignment);
   }
-  graph.AddFactor(std::make_unique<UprightPrior>(0.01), alignment);
+  graph.AddFactor(std::make_unique<GravityPrior>(0.01), alignment);
   ASSERT_TRUE(
       graph.Solve({.max_iterations = 100, .function_tolerance = 0.0, .parameter_tolerance = 1e-14})
           .IsUsable());

@@ -218,12 +218,12 @@ TEST(CameraImuCalibration, AMotionTooSmallForTheScaleLeavesItOpenOrRight) {
     SCOPED_TRACE(sway);
     const auto found = Calibrate(Turn(truth, sway, 21));
     EXPECT_LT(std::abs(found.depth_scale - 1.0), 3.0 * found.depth_scale_sigma);
-    const bool is_told = std::ranges::any_of(found.advice, [](const std::string& advice) {
+    const bool is_advised = std::ranges::any_of(found.advice, [](const std::string& advice) {
       return advice.starts_with("the depth scale is not known to a percent");
     });
-    EXPECT_EQ(is_told, found.depth_scale_sigma > 0.01);
+    EXPECT_EQ(is_advised, found.depth_scale_sigma > 0.01);
     if (sway == 0.0) {
-      EXPECT_TRUE(is_told) << found.depth_scale_sigma;
+      EXPECT_TRUE(is_advised) << found.depth_scale_sigma;
     }
     EXPECT_LT((found.T_BC.p() - truth.T_BC.p()).norm(), 0.02);
   }

@@ -38,10 +38,10 @@ class Degeneracy : public ::testing::Test {
     feature.segment_C->q_C = q_C;
     lines.push_back({Segment3(kCamera * p_C, kCamera * q_C), model.Rows(feature), 4});
   }
-  std::vector<OpenDirection> Open() const {
+  std::vector<UnobservableDirection> Open() const {
     const auto solution = SolvePose(kCamera, model.projection(), points, lines);
     if (!solution) ADD_FAILURE() << "no pose";
-    return FindOpenDirections(solution->information, kCamera, 3.0);
+    return FindUnobservableDirections(solution->information, kCamera, 3.0);
   }
 
   const RgbdSensor sensor = IdealSensor();
@@ -87,8 +87,8 @@ TEST_F(Degeneracy, RotationCountsByTheWayItMovesTheScene) {
   // A rotation of 5 mrad about x moves a point by 5 mm at 1 m, by 5 cm at 10 m.
   Matrix6 information = 1e8 * Matrix6::Identity();
   information(3, 3) = 1.0 / (0.005 * 0.005);
-  EXPECT_TRUE(FindOpenDirections(information, kCamera, 1.0).empty());
-  const auto open = FindOpenDirections(information, kCamera, 10.0);
+  EXPECT_TRUE(FindUnobservableDirections(information, kCamera, 1.0).empty());
+  const auto open = FindUnobservableDirections(information, kCamera, 10.0);
   ASSERT_EQ(open.size(), 1U);
   EXPECT_NEAR(open[0].sigma, 0.05, 1e-12);
   EXPECT_NEAR(std::abs(open[0].rotation_C.x()), 1.0, 1e-12);
@@ -98,7 +98,7 @@ TEST_F(Degeneracy, TranslationIsTheCameras) {
   // The direction is z of the world.
   Matrix6 information = 1e8 * Matrix6::Identity();
   information(2, 2) = 1.0 / (0.04 * 0.04);
-  const auto open = FindOpenDirections(information, kCamera, 2.0);
+  const auto open = FindUnobservableDirections(information, kCamera, 2.0);
   ASSERT_EQ(open.size(), 1U);
   EXPECT_NEAR(open[0].sigma, 0.04, 1e-12);
   const Eigen::Vector3d z_C = kCamera.R().transpose() * Eigen::Vector3d::UnitZ();
@@ -110,18 +110,18 @@ TEST_F(Degeneracy, TheMostOpenDirectionComesFirstAndNothingKnownIsInfinite) {
   information(0, 0) = 400.0;  // 5 cm
   information(1, 1) = 0.0;
   information(2, 2) = 100.0;  // 10 cm
-  const auto open = FindOpenDirections(information, Pose(), 2.0);
+  const auto open = FindUnobservableDirections(information, Pose(), 2.0);
   ASSERT_EQ(open.size(), 3U);
   EXPECT_EQ(open[0].sigma, std::numeric_limits<double>::infinity());
   EXPECT_NEAR(open[1].sigma, 0.1, 1e-12);
   EXPECT_NEAR(open[2].sigma, 0.05, 1e-12);
-  EXPECT_EQ(FindOpenDirections(information, Pose(), 2.0, {.max_sigma = 0.07}).size(), 2U);
+  EXPECT_EQ(FindUnobservableDirections(information, Pose(), 2.0, {.max_sigma = 0.07}).size(), 2U);
 }
 
 TEST_F(Degeneracy, RefusesBadArguments) {
   const Matrix6 I = Matrix6::Identity();
-  EXPECT_THROW(FindOpenDirections(I, Pose(), 0.0), InvalidArgument);
-  EXPECT_THROW(FindOpenDirections(I * std::nan(""), Pose(), 1.0), InvalidArgument);
+  EXPECT_THROW(FindUnobservableDirections(I, Pose(), 0.0), InvalidArgument);
+  EXPECT_THROW(FindUnobservableDirections(I * std::nan(""), Pose(), 1.0), InvalidArgument);
   EXPECT_THROW(DegeneracyOptions{.max_sigma = 0.0}.Validate(), InvalidArgument);
 }
 

@@ -47,7 +47,7 @@ Map MakeMap(const InertialSceneOptions& options, double depth, int keyframes,
       T_WC = T_WC * motion.Plus(noise);
     }
     KeyFrame& keyframe = map.AddKeyFrame({k, FromSeconds(t), features}, T_WC);
-    KeyFrameMotion& at = keyframe.motion.emplace();
+    InertialState& at = keyframe.motion.emplace();
     at.stamp = FromSeconds(t);
     at.v_WB = scene.StateAt(t).v_WB;
     if (k == 0) continue;
@@ -106,7 +106,7 @@ TEST(DepthScale, WorseMotionsThanReckonedWithWidenSigma) {
 
 TEST(DepthScale, JoinsTheRunsOfAnInterruptedImu) {
   Map map = MakeMap({}, kTooLong, 40);
-  KeyFrameMotion& broken = *map.keyframe(15_kf)->motion;
+  InertialState& broken = *map.keyframe(15_kf)->motion;
   broken.previous = kNoId;
   broken.from_previous = nullptr;
   // The drift of the images in the meantime does not matter.

@@ -21,8 +21,8 @@ const testing::BoxWorld kWall{.wall = 3.0, .floor = 100.0, .boxes = {}};
 const Pose kReference = Pose::FromTangent({0.2, 0.1, -0.1}, {0.02, 0.05, -0.03});
 const Pose kTruth = kReference * Pose::FromTangent({0.08, -0.06, 0.05}, {0.04, -0.06, 0.03});
 
-std::optional<KnownPose> Align(const FrameFeatures& reference, const FrameFeatures& features,
-                               const DirectAlignmentOptions& options = {}) {
+std::optional<PoseConstraint> Align(const FrameFeatures& reference, const FrameFeatures& features,
+                                    const DirectAlignmentOptions& options = {}) {
   const auto aligned =
       DirectAligner(kGrid, kNoise, {}, options)
           .Align(reference, reference.depth_grid, kReference, features, kReference);

@@ -66,12 +66,12 @@ class FactorAdjusterTest : public ::testing::Test {
     return std::sqrt(sum / static_cast<double>(ring.truth.size()));
   }
 
-  std::optional<FactorAdjustmentReport> Adjust(const OwnFactorOptions& options) {
+  std::optional<FactorAdjustmentReport> Adjust(const UserFactorOptions& options) {
     FactorAdjuster adjuster(options, {});
     return adjuster.BeginLast(map, kFirstSubmap, {}) ? adjuster.Finish(&map) : std::nullopt;
   }
 
-  const OwnFactorOptions lockstep{.threads = 1, .background = false};
+  const UserFactorOptions lockstep{.threads = 1, .background = false};
   RingMap ring{kKeyFrames};
   Map& map = ring.map;
   ReferenceFrameId frame;
@@ -159,7 +159,7 @@ TEST_F(FactorAdjusterTest, AStraightWayTellsTheHeadingOfAnUprightFrame) {
 }
 
 TEST_F(FactorAdjusterTest, BeginsWhenEnoughFactorsAreNew) {
-  OwnFactorOptions options = lockstep;
+  UserFactorOptions options = lockstep;
   options.every = 30;
   FactorAdjuster adjuster(options, {});
   Measure(0.1, 10);  // 20
@@ -334,13 +334,13 @@ TEST(FactorAdjuster, TwoKilometresWithAFixASecondEndWithoutDrift) {
   EXPECT_LT(*std::max_element(left.begin(), left.end()), 1.0);
 }
 
-TEST(OwnFactorOptions, AreValidated) {
-  EXPECT_NO_THROW(OwnFactorOptions().Validate());
-  EXPECT_THROW(OwnFactorOptions{.every = 0}.Validate(), InvalidArgument);
-  EXPECT_THROW(OwnFactorOptions{.share = -1.0}.Validate(), InvalidArgument);
-  EXPECT_THROW(OwnFactorOptions{.max_angle = 0.0}.Validate(), InvalidArgument);
-  EXPECT_THROW(OwnFactorOptions{.max_gap = 0.0}.Validate(), InvalidArgument);
-  EXPECT_THROW(OwnFactorOptions{.threads = 0}.Validate(), InvalidArgument);
+TEST(UserFactorOptions, AreValidated) {
+  EXPECT_NO_THROW(UserFactorOptions().Validate());
+  EXPECT_THROW(UserFactorOptions{.every = 0}.Validate(), InvalidArgument);
+  EXPECT_THROW(UserFactorOptions{.share = -1.0}.Validate(), InvalidArgument);
+  EXPECT_THROW(UserFactorOptions{.max_angle = 0.0}.Validate(), InvalidArgument);
+  EXPECT_THROW(UserFactorOptions{.max_gap = 0.0}.Validate(), InvalidArgument);
+  EXPECT_THROW(UserFactorOptions{.threads = 0}.Validate(), InvalidArgument);
 }
 
 // An invalid user cost: it throws, refuses, or is not finite.
@@ -371,7 +371,7 @@ TEST_F(FactorAdjusterTest, OneFaultyFactorInSevenIsSetAsideAndTheOthersPlaceTheF
   std::optional<FactorAdjustmentReport> report;
   ASSERT_NO_THROW(report = Adjust(lockstep));
   ASSERT_TRUE(report && report->accepted) << report->message;
-  EXPECT_EQ(report->set_aside, faulty);
+  EXPECT_EQ(report->excluded, faulty);
   EXPECT_EQ(report->fault, "throws: the marker was not found");
   EXPECT_LT(Error(), 0.1);
 }

@@ -64,7 +64,8 @@ class FrameRefinerTest : public TrackerTest {
   // Returns frame i as a rolling shutter, which reads out row after row, sees it.
   SyntheticView SeenByRows(int i) const {
     SyntheticView view = View(i);
-    view.features = AtMiddleRow(*view.features, IdealSensor().camera, -kReadout, Motion(i));
+    view.features =
+        CompensatedToMiddleRow(*view.features, IdealSensor().camera, -kReadout, Motion(i));
     return view;
   }
   Twist Motion(int i) const {
@@ -117,8 +118,8 @@ TEST_F(FrameRefinerTest, LeavesFramesAloneThatOthersThanTheirImageTold) {
   FrameRefiner refiner = Make({});
   for (int i = 0; i < 3; ++i) {
     TrackedFrame tracked = MakeTracked(View(i), i);
-    if (i == 0) tracked.by_image = false;                 // an IMU frame, or it became a keyframe
-    if (i == 1) tracked.open.push_back(OpenDirection());  // landmarks leave it unobservable
+    if (i == 0) tracked.by_image = false;  // an IMU frame, or it became a keyframe
+    if (i == 1) tracked.open.push_back(UnobservableDirection());  // landmarks leave it unobservable
     Add(refiner, tracked, KeyFrameId(1));
   }
   refiner.FinishAll(scene_map.map, {}, &frames);

@@ -235,9 +235,9 @@ TEST(FrameBuilder, CornersOfNoiseAreFaint) {
   const auto features =
       FrameBuilder(sensor, {}).Build({0, bgr, cv::Mat(size, CV_32FC1, cv::Scalar(2.0))});
   ASSERT_GT(features->points.size(), 50U);
-  const auto faint = std::count_if(features->points.begin(), features->points.end(),
-                                   [](const PointFeature& p) { return p.faint; });
-  EXPECT_GE(static_cast<std::size_t>(faint) + 5, features->points.size());
+  const auto low_contrast = std::count_if(features->points.begin(), features->points.end(),
+                                          [](const PointFeature& p) { return p.low_contrast; });
+  EXPECT_GE(static_cast<std::size_t>(low_contrast) + 5, features->points.size());
 }
 
 TEST(FrameBuilder, RefusesImagesThatDoNotFit) {

@@ -337,15 +337,15 @@ TEST(CheckImu, FindsNothingInARealRecording) {
   EXPECT_EQ(CheckImu(in_degrees, kV101).at(0).kind, Kind::kGyroscopeInDegrees);
 }
 
-TEST(DropDeniedRanges, ARangeThatReadingsLeaveIsDroppedAndSaid) {
+TEST(DropExceededRanges, ARangeThatReadingsLeaveIsDroppedAndSaid) {
   const std::vector<ImuSample> samples = HandHeld(4.0);
   ImuCalibration calibration;
   calibration.accelerometer_range = 4.0;  // is 4 g
   calibration.gyroscope_range = 2.0;      // is 2 rad/s
-  const auto findings = DropDeniedRanges(samples, &calibration);
+  const auto findings = DropExceededRanges(samples, &calibration);
   ASSERT_EQ(findings.size(), 2U);
   for (const ImuFinding& finding : findings) {
-    EXPECT_EQ(finding.kind, Kind::kRangeDenied);
+    EXPECT_EQ(finding.kind, Kind::kRangeExceeded);
     EXPECT_EQ(finding.severity, ImuSeverity::kWarning);
     EXPECT_NE(finding.text.find(" of 1801 readings of the "), std::string::npos) << finding.text;
   }
@@ -360,7 +360,7 @@ TEST(DropDeniedRanges, ARangeThatReadingsLeaveIsDroppedAndSaid) {
   EXPECT_TRUE(std::isinf(calibration.gyroscope_range));
 }
 
-TEST(DropDeniedRanges, AReadingJustBeyondTheRangeIsOneAtItsEnd) {
+TEST(DropExceededRanges, AReadingJustBeyondTheRangeIsOneAtItsEnd) {
   std::vector<ImuSample> samples = HandHeld();
   ImuCalibration calibration;
   calibration.accelerometer_range = 39.2;
@@ -368,7 +368,7 @@ TEST(DropDeniedRanges, AReadingJustBeyondTheRangeIsOneAtItsEnd) {
   samples[100].accelerometer.z() = -40.5;  // a scale error of 3 %
   samples[200].gyroscope.y() = 17.9;
   for (const std::size_t i : {300U, 500U, 700U}) samples[i].gyroscope.x() = -30.0;  // isolated
-  EXPECT_TRUE(DropDeniedRanges(samples, &calibration).empty());
+  EXPECT_TRUE(DropExceededRanges(samples, &calibration).empty());
   EXPECT_EQ(calibration.accelerometer_range, 39.2);
   EXPECT_EQ(calibration.gyroscope_range, 17.4);
 }

@@ -32,9 +32,9 @@ using testing::UniformInBox;
 using testing::operator""_kf;
 
 // Returns the motion of a keyframe with an IMU factor to the previous one.
-KeyFrameMotion Tied(const ImuState& state, const std::vector<ImuSample>& readings,
-                    const ImuNoise& noise, KeyFrameId previous) {
-  KeyFrameMotion motion;
+InertialState Tied(const ImuState& state, const std::vector<ImuSample>& readings,
+                   const ImuNoise& noise, KeyFrameId previous) {
+  InertialState motion;
   motion.stamp = readings.back().stamp;
   motion.v_WB = state.v_WB;
   motion.previous = previous;
@@ -251,7 +251,7 @@ TEST(LoopWithAnImu, LeavesTheMapWithTheVelocitiesBiasesAndGravityOfItsAdjustment
   EXPECT_LT(scene.Rmse(), 0.02);
   EXPECT_LT(AngleBetween(*scene.map.gravity_W(), kGravity), 2e-3);
   for (const KeyFrameId id : scene.map.keyframe_ids()) {
-    const KeyFrameMotion& motion = *scene.map.keyframe(id)->motion;
+    const InertialState& motion = *scene.map.keyframe(id)->motion;
     EXPECT_LT((motion.v_WB - scene.TrueVelocity(id.value())).norm(), 0.01) << id;
     EXPECT_LT((motion.bias - scene.kBias).head<3>().norm(), 1e-3) << id;
     EXPECT_LT((motion.bias - scene.kBias).tail<3>().norm(), 0.03) << id;

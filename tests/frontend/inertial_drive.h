@@ -48,8 +48,8 @@ class Drive {
         observation.visual->T_WC = T_map * observation.visual->T_WC;
       }
       reports.push_back(odometry.Update(observation));
-      if (reports.back().T_level) {
-        T_map = *reports.back().T_level * T_map;
+      if (reports.back().T_gravity) {
+        T_map = *reports.back().T_gravity * T_map;
         if (prediction) {
           largest_step_of_a_turn = std::max(largest_step_of_a_turn,
                                             (odometry.T_WC()->p() - prediction->T_WC.p()).norm());
@@ -61,7 +61,7 @@ class Drive {
   // Returns how often the map was aligned with gravity.
   int Levels() const {
     return static_cast<int>(std::ranges::count_if(
-        reports, [](const InertialReport& r) { return r.T_level.has_value(); }));
+        reports, [](const InertialReport& r) { return r.T_gravity.has_value(); }));
   }
   double Stamp() const { return kFirst + kStep * image_; }
   Pose Truth(double t) const { return T_map * scene.T_WC(t); }
@@ -83,7 +83,7 @@ class Drive {
   double sharpness = 1.0, tracked_share = 1.0;  // of the images
   Pose T_map;                                   // of the images' first frame in W
   std::vector<InertialReport> reports;
-  std::optional<KnownPose> prediction;
+  std::optional<PoseConstraint> prediction;
   double last = 0.0;
   // [m] from the camera position predicted before a gravity alignment of the map to the position
   // after it.

@@ -215,12 +215,12 @@ TEST(InertialOdometry, ReadingsAtTheEndOfTheRangeCountForLittleWhereTheRangeIsTo
   told.change = untold.change = ends;
   told.Until(3.9);
   ASSERT_EQ(told.odometry.status(), InertialStatus::kRunning);
-  double told_error = 0.0, untold_error = 0.0;
+  double informed_error = 0.0, uninformed_error = 0.0;
   for (double t = 4.0; t < kTo; t += kStep) {
     told.Until(t);
     untold.Until(t);
-    told_error = std::max(told_error, told.PositionError());
-    untold_error = std::max(untold_error, untold.PositionError());
+    informed_error = std::max(informed_error, told.PositionError());
+    uninformed_error = std::max(uninformed_error, untold.PositionError());
     EXPECT_FALSE(told.reports.back().contradicted) << t;
   }
   const auto saturated = [](const Drive& drive) {
@@ -229,8 +229,8 @@ TEST(InertialOdometry, ReadingsAtTheEndOfTheRangeCountForLittleWhereTheRangeIsTo
   EXPECT_GE(saturated(told), 5) << "of fifteen";
   EXPECT_EQ(saturated(untold), 0);
   // An image is accurate to 2 mm per axis.
-  EXPECT_LT(told_error, 6e-3);
-  EXPECT_GT(untold_error, 1.5 * told_error);
+  EXPECT_LT(informed_error, 6e-3);
+  EXPECT_GT(uninformed_error, 1.5 * informed_error);
   told.Until(7.0);
   EXPECT_FALSE(told.reports.back().saturated);
   EXPECT_LT(told.PositionError(), 3e-3);
@@ -327,14 +327,14 @@ TEST(InertialOdometry, ResumesRightAfterTheMapWasLevelled) {
   Drive first(scene, options);
   first.Until(3.0);
   std::size_t levelled = 0;
-  while (levelled < first.reports.size() && !first.reports[levelled].T_level) ++levelled;
+  while (levelled < first.reports.size() && !first.reports[levelled].T_gravity) ++levelled;
   ASSERT_LT(levelled, first.reports.size());
 
   const double t = kFirst + kStep * static_cast<double>(levelled);
   Drive drive(scene, options);
   drive.change = Gap(t + 0.012, t + kStep - 0.018);
   drive.Until(t + kStep);
-  ASSERT_TRUE(drive.reports[levelled].T_level);
+  ASSERT_TRUE(drive.reports[levelled].T_gravity);
   ASSERT_TRUE(drive.reports.back().restarted);
   const Eigen::Vector3d truth = drive.T_map.q() * drive.scene.StateAt(drive.last).v_WB;
   // The velocity is the mean of the last 0.1 s, at accelerations below 4 m/s^2, with 1 mm of noise.
@@ -464,7 +464,7 @@ TEST(InertialOdometry, ACameraMountedUpsideDownDoesNotContradictTheImu) {
     observation.visual = scene.See(t);
     observation.visual->T_WC = T_map * observation.visual->T_WC * T_turn;
     const InertialReport report = odometry.Update(observation);
-    if (report.T_level) T_map = *report.T_level * T_map;
+    if (report.T_gravity) T_map = *report.T_gravity * T_map;
     ASSERT_NE(report.status, InertialStatus::kGivenUp) << report.reason;
   }
   ASSERT_EQ(odometry.status(), InertialStatus::kRunning);

@@ -34,9 +34,10 @@ TEST(KeyFramePolicy, StartsAMapWithEnoughDepth) {
 TEST(KeyFramePolicy, CornersThatMayBeNoiseStartNoMap) {
   const KeyFramePolicy policy({.min_features = 50});
   const auto features = Features(1000, 0);
-  for (std::size_t i = 49; i < features->points.size(); ++i) features->points[i].faint = true;
+  for (std::size_t i = 49; i < features->points.size(); ++i)
+    features->points[i].low_contrast = true;
   EXPECT_FALSE(policy.CanStart(*features));
-  features->points[49].faint = false;
+  features->points[49].low_contrast = false;
   EXPECT_TRUE(policy.CanStart(*features));
 }
 

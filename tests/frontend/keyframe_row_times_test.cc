@@ -27,7 +27,8 @@ class KeyframeRowTimesTest : public ::testing::Test {
   KeyframeRowTimesTest() : scene_map_(scene_) {
     truth_ = Look(scene_, sensor_, T_WC_);
     SyntheticView seen = truth_;
-    seen.features = AtMiddleRow(*truth_.features, sensor_.camera, -kTiming.colour_readout, kMotion);
+    seen.features =
+        CompensatedToMiddleRow(*truth_.features, sensor_.camera, -kTiming.colour_readout, kMotion);
     id_ = scene_map_.Add(seen, T_WC_);
     // The landmarks are placed where this keyframe has them.
     const KeyFrame& keyframe = *map().keyframe(id_);
@@ -40,8 +41,8 @@ class KeyframeRowTimesTest : public ::testing::Test {
   }
 
   Map& map() { return scene_map_.map; }
-  void Retime(const FrameTimingEstimate& timing) {
-    times_.Retime(timing, map().KeyFramesOf(kFirstSubmap), &map());
+  void Compensate(const FrameTimingEstimate& timing) {
+    times_.Compensate(timing, map().KeyFramesOf(kFirstSubmap), &map());
   }
   const FrameFeatures& features() { return *map().keyframe(id_)->frame.features; }
   // Returns the error [m] of the landmark of point feature i.
@@ -66,11 +67,12 @@ class KeyframeRowTimesTest : public ::testing::Test {
 };
 
 TEST_F(KeyframeRowTimesTest, FeaturesAndLandmarksFollowWhatIsLearntOfTimingAndMotion) {
-  const auto expected = AtMiddleRow(features(), sensor_.camera, kTiming.colour_readout, kMotion);
+  const auto expected =
+      CompensatedToMiddleRow(features(), sensor_.camera, kTiming.colour_readout, kMotion);
   const double before = LargestError();
   EXPECT_GT(before, 0.02);
   times_.Correct(id_, kMotion);
-  Retime({.value = kTiming});
+  Compensate({.value = kTiming});
   const KeyFrame& keyframe = *map().keyframe(id_);
   for (std::size_t i = 0; i < truth_.points.size(); ++i) {
     const PointFeature &now = features().points[i], &should = expected->points[i];
@@ -92,7 +94,7 @@ TEST_F(KeyframeRowTimesTest, LinesMoveAsTheirKeyframeSeesThem) {
   std::vector<Segment3> landmarks;
   for (const LineId id : lines) landmarks.push_back(map().line(id)->segment_W);
   times_.Correct(id_, kMotion);
-  Retime({.value = kTiming});
+  Compensate({.value = kTiming});
   ASSERT_FALSE(lines.empty());
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const SegmentDepth &from = *before->lines[i].segment_C, &to = *features().lines[i].segment_C;
@@ -115,7 +117,7 @@ TEST_F(KeyframeRowTimesTest, ALandmarkFollowsByTheShareOfItsKeyframes) {
   const auto kept = map().keyframe(other)->frame.features;
   const PointFeature from = features().points[0];
   times_.Correct(id_, kMotion);
-  Retime({.value = kTiming});
+  Compensate({.value = kTiming});
   const PointFeature& to = features().points[0];
   const Eigen::Vector3d shift = T_WC_.q() * (sensor_.camera.Unproject(to.uv, to.depth) -
                                              sensor_.camera.Unproject(from.uv, from.depth));
@@ -126,7 +128,7 @@ TEST_F(KeyframeRowTimesTest, ALandmarkFollowsByTheShareOfItsKeyframes) {
 TEST_F(KeyframeRowTimesTest, WhatShowsLessThanATenthOfAPixelMovesNothing) {
   const auto before = map().keyframe(id_)->frame.features;
   times_.Correct(id_, kMotion);
-  Retime({.value = {.colour_readout = 1e-5, .depth_readout = 1e-5}});
+  Compensate({.value = {.colour_readout = 1e-5, .depth_readout = 1e-5}});
   EXPECT_EQ(map().keyframe(id_)->frame.features, before);
 }
 
@@ -136,11 +138,11 @@ TEST_F(KeyframeRowTimesTest, AnEstimateWithinItsOwnSigmaMovesNothing) {
   const Eigen::Vector3d p_W = map().point(points[0])->p_W;
   times_.Remember(*map().keyframe(id_), {FrameTiming(), kMotion});
   const FrameTiming sigma{.colour_readout = 0.031, .depth_readout = 0.031, .depth_delay = 0.01};
-  Retime({.value = kTiming, .sigma = sigma});
+  Compensate({.value = kTiming, .sigma = sigma});
   EXPECT_EQ(map().keyframe(id_)->frame.features, before);
   EXPECT_EQ(map().point(points[0])->p_W, p_W);
   // If the change exceeds the sigma of one of the three, the whole correction is applied.
-  Retime({.value = kTiming, .sigma = {.colour_readout = 0.029, .depth_readout = 0.031}});
+  Compensate({.value = kTiming, .sigma = {.colour_readout = 0.029, .depth_readout = 0.031}});
   EXPECT_NE(map().keyframe(id_)->frame.features, before);
   EXPECT_EQ(times_.Find(id_)->timing.depth_readout, kTiming.depth_readout);
 }
@@ -154,7 +156,7 @@ TEST_F(KeyframeRowTimesTest, KeyframesThatNoAdjustmentMovesStayAsTheyAre) {
   const auto kept = map().keyframe(id_)->frame.features;
   const auto moved = map().keyframe(other)->frame.features;
   const std::vector<KeyFrameId> adjusted{other};
-  times_.Retime({.value = kTiming}, adjusted, &map());
+  times_.Compensate({.value = kTiming}, adjusted, &map());
   EXPECT_EQ(map().keyframe(id_)->frame.features, kept);
   EXPECT_EQ(times_.Find(id_)->timing.colour_readout, 0.0);
   EXPECT_NE(map().keyframe(other)->frame.features, moved);
@@ -170,7 +172,7 @@ TEST_F(KeyframeRowTimesTest, KeyframesThatWereRemovedAreForgotten) {
   }
   const std::vector<KeyFrameId> removed(made.begin(), made.end() - 1);
   for (const KeyFrameId id : removed) map().RemoveKeyFrame(id, made.back());
-  Retime({.value = kTiming});
+  Compensate({.value = kTiming});
   for (const KeyFrameId id : removed) EXPECT_EQ(times_.Find(id), nullptr) << id;
   EXPECT_NE(times_.Find(made.back()), nullptr);
 }

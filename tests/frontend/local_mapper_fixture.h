@@ -48,7 +48,7 @@ class LocalMapperTest : public ::testing::Test {
   }
   LocalMappingReport Insert(LocalMapper& mapper, const SyntheticView& view,
                             const TrackedFrame& tracked,
-                            std::optional<KeyFrameMotion> motion = std::nullopt) {
+                            std::optional<InertialState> motion = std::nullopt) {
     LocalMappingReport report = mapper.InsertKeyFrame(tracked, map, std::move(motion));
     if (finish_) report.bundle = mapper.Finish(&map).value_or(report.bundle);
     const KeyFrame& keyframe = *map.keyframe(report.keyframe);

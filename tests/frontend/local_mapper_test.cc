@@ -345,7 +345,7 @@ TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForA
     const SyntheticView view = Look(scene, IdealSensor(), At(0.001 * k));
     TrackedFrame tracked = Tracked(view, At(0.001 * k));
     tracked.frame.stamp = stamp(k);
-    KeyFrameMotion motion;
+    InertialState motion;
     motion.stamp = stamp(k);
     if (k > 0) {
       motion.previous = KeyFrameId(k - 1);
@@ -365,7 +365,7 @@ TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForA
   }
   // No IMU factor spans the place of a removed keyframe.
   for (const KeyFrameId id : map.keyframe_ids()) {
-    const KeyFrameMotion& motion = *map.keyframe(id)->motion;
+    const InertialState& motion = *map.keyframe(id)->motion;
     EXPECT_EQ(motion.previous == kNoId, motion.from_previous == nullptr) << id;
     if (motion.from_previous == nullptr) continue;
     EXPECT_LE(motion.stamp - motion.from_previous->start(), 1'000'000'000) << id;

@@ -211,7 +211,7 @@ TEST_F(MapIoDamageTest, RefusesFactorsThatNoMapHas) {
     Write(WithChecksum(edited));
   };
   with(first, std::int32_t{7});
-  ExpectError("a factor hangs on no keyframe");
+  ExpectError("a factor has no keyframe as its anchor");
   with(first + 4, 1e300);
   ExpectError("a factor's pose is none");
   with(second + 60, std::int32_t{2});

@@ -244,25 +244,25 @@ TEST_F(MapIoTest, AnEmptyMapIsAMap) {
 }
 
 TEST_F(MapIoTest, WhatThePointsAreIsKept) {
-  const PointKind kind{.name = "mine",
-                       .descriptor = DescriptorType::kFloat,
-                       .columns = 96,
-                       .pyramid = {.levels = 3, .scale_factor = 1.7},
-                       .faint_response = 0.25F};
+  const FeatureType kind{.name = "mine",
+                         .descriptor = DescriptorType::kFloat,
+                         .columns = 96,
+                         .pyramid = {.levels = 3, .scale_factor = 1.7},
+                         .low_contrast_response = 0.25F};
   Map mine = map().Clone();
-  mine.SetPointKind(kind);
+  mine.SetFeatureType(kind);
   SaveMap(path, IdealSensor().camera, mine);
   const Map loaded = LoadMap(path).map;
-  EXPECT_EQ(loaded.point_kind().name, kind.name);
-  EXPECT_EQ(loaded.point_kind().descriptor, kind.descriptor);
-  EXPECT_EQ(loaded.point_kind().columns, kind.columns);
-  EXPECT_EQ(loaded.point_kind().pyramid.levels, kind.pyramid.levels);
-  EXPECT_EQ(loaded.point_kind().pyramid.scale_factor, kind.pyramid.scale_factor);
-  EXPECT_EQ(loaded.point_kind().faint_response, kind.faint_response);
+  EXPECT_EQ(loaded.feature_type().name, kind.name);
+  EXPECT_EQ(loaded.feature_type().descriptor, kind.descriptor);
+  EXPECT_EQ(loaded.feature_type().columns, kind.columns);
+  EXPECT_EQ(loaded.feature_type().pyramid.levels, kind.pyramid.levels);
+  EXPECT_EQ(loaded.feature_type().pyramid.scale_factor, kind.pyramid.scale_factor);
+  EXPECT_EQ(loaded.feature_type().low_contrast_response, kind.low_contrast_response);
   EXPECT_EQ(loaded.num_points(), map().num_points());
-  mine.SetPointKind({.name = "mine", .columns = 0});
+  mine.SetFeatureType({.name = "mine", .columns = 0});
   SaveMap(path, IdealSensor().camera, mine);
-  ExpectError("is damaged: points by mine: PointKind::columns must be 1 to 4096, is 0");
+  ExpectError("is damaged: points by mine: FeatureType::columns must be 1 to 4096, is 0");
 }
 
 TEST_F(MapIoTest, PositionsAreKeptWithTheirFramesAndOthersAreCounted) {
@@ -270,7 +270,7 @@ TEST_F(MapIoTest, PositionsAreKeptWithTheirFramesAndOthersAreCounted) {
   AddFactors(map());
   EXPECT_EQ(SaveMap(path, IdealSensor().camera, map()), 3u);
   const Map loaded = LoadMap(path).map;
-  const OwnFactors& factors = loaded.factors();
+  const UserFactors& factors = loaded.factors();
   ASSERT_EQ(factors.frames().size(), 2u);
   const ReferenceFrameId gps = factors.frames()[0], marker = factors.frames()[1];
   EXPECT_TRUE(factors.frame(gps).upright);

@@ -294,7 +294,7 @@ Map TiedMap(int keyframes) {
   Map map;
   for (int k = 0; k < keyframes; ++k) {
     KeyFrame& keyframe = map.AddKeyFrame(FrameOf(1), At(k, 0, 0));
-    KeyFrameMotion motion;
+    InertialState motion;
     motion.stamp = Stamp{k} * 1'000'000'000;
     motion.v_WB = {1, 0.1 * k, 0};
     if (k > 0) {
@@ -327,7 +327,7 @@ TEST(Map, RemovingAKeyFrameJoinsTheReadingsOnBothSides) {
   map.keyframe(2_kf)->motion->weight = 0.5;
   map.RemoveKeyFrame(1_kf, 0_kf);
   map.RemoveKeyFrame(2_kf, 3_kf);
-  const KeyFrameMotion& motion = *map.keyframe(3_kf)->motion;
+  const InertialState& motion = *map.keyframe(3_kf)->motion;
   EXPECT_EQ(motion.previous, 0_kf);
   EXPECT_EQ(map.Successor(0_kf)->id, 3_kf);
   EXPECT_NEAR(motion.weight, (0.3 + 0.5 + 1.0) / 3.0, 1e-12) << "a second each";
@@ -358,7 +358,7 @@ TEST(Map, TransformMovesEverything) {
   const Segment3 segment({1, 0, 0}, {0, 1, 2});
   const LineId l = map.AddLine(segment, 0).id;
   map.SetGravity(Eigen::Vector3d(0.1, 0, -9.8));
-  const KeyFrameMotion before = *map.keyframe(2_kf)->motion;
+  const InertialState before = *map.keyframe(2_kf)->motion;
   const Pose T = Pose::FromTangent({0.5, -1, 2}, {0.3, -0.7, 1.1});
   map.Transform(T);
   // Each pose is a few products.
@@ -373,7 +373,7 @@ TEST(Map, TransformMovesEverything) {
   EXPECT_TRUE(map.line(l)->segment_W.p().isApprox(T * segment.p(), 1e-14));
   EXPECT_TRUE(map.line(l)->segment_W.q().isApprox(T * segment.q(), 1e-14));
   EXPECT_TRUE(map.gravity_W()->isApprox(T.q() * Eigen::Vector3d(0.1, 0, -9.8), 1e-14));
-  const KeyFrameMotion& after = *map.keyframe(2_kf)->motion;
+  const InertialState& after = *map.keyframe(2_kf)->motion;
   EXPECT_TRUE(after.v_WB.isApprox(T.q() * before.v_WB, 1e-14));
   EXPECT_EQ(after.from_previous, before.from_previous) << "of the body's own frame";
   EXPECT_EQ(after.bias, before.bias);

@@ -213,12 +213,12 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
 }
 
 TEST(MergeMaps, RefusesMapsOfOtherPoints) {
-  const auto message_of = [](const std::vector<PointKind>& kinds) {
+  const auto message_of = [](const std::vector<FeatureType>& kinds) {
     std::vector<Map> maps;
-    for (const PointKind& kind : kinds) {
+    for (const FeatureType& kind : kinds) {
       maps.emplace_back();
       maps.back().AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
-      maps.back().SetPointKind(kind);
+      maps.back().SetFeatureType(kind);
     }
     return testing::MessageOf<InvalidArgument>([&] { MergeMaps({}, std::move(maps)); });
   };

@@ -130,7 +130,7 @@ TEST_F(NetworkPointsTest, AreTrackedAndMapped) {
     if (step == 0) continue;  // there is no map yet
     EXPECT_GT(frame.matched_points, 100) << step;
   }
-  EXPECT_EQ(slam.map().point_kind().name, "network");
+  EXPECT_EQ(slam.map().feature_type().name, "network");
 }
 
 TEST_F(NetworkPointsTest, AFileThatIsNoSuchNetworkIsRefusedByName) {

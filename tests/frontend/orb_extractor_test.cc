@@ -99,10 +99,11 @@ TEST(OrbExtractor, FindsFaintCornersThatStandOutOfTheNoise) {
   const auto [first, second] = TakenTwice(TexturedImage(320, 240, 14.0, 5), 0.5, 6);
   OrbExtractor extractor({.pyramid = {.levels = 4}});
   const ExtractedPoints a = extractor.Extract(first), b = extractor.Extract(second);
-  const auto faint = std::count_if(a.keypoints.begin(), a.keypoints.end(), [](const auto& k) {
-    return k.response < static_cast<float>(OrbExtractorOptions{}.min_fast_threshold);
-  });
-  EXPECT_GE(faint, 900);
+  const auto low_contrast =
+      std::count_if(a.keypoints.begin(), a.keypoints.end(), [](const auto& k) {
+        return k.response < static_cast<float>(OrbExtractorOptions{}.min_fast_threshold);
+      });
+  EXPECT_GE(low_contrast, 900);
   EXPECT_GE(NumRepeated(a, b), 300U);
 }
 

@@ -25,14 +25,14 @@ constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 // Returns the kind and the points that it was given.
 class Parrot final : public PointExtractor {
  public:
-  PointKind said{.name = "parrot",
-                 .descriptor = DescriptorType::kFloat,
-                 .columns = 4,
-                 .pyramid = {.levels = 2, .scale_factor = 1.5}};
+  FeatureType said{.name = "parrot",
+                   .descriptor = DescriptorType::kFloat,
+                   .columns = 4,
+                   .pyramid = {.levels = 2, .scale_factor = 1.5}};
   ExtractedPoints points{{{10.25F, 20.5F, 1.0F, 30.0F, 5.0F, 1}, {40.0F, 50.0F, 1.0F, -1.0F, 1.0F}},
                          (cv::Mat_<float>(2, 4) << 1, 2, 3, 4, 4, 3, 2, 1)};
 
-  const PointKind& kind() const override { return said; }
+  const FeatureType& kind() const override { return said; }
   ExtractedPoints Extract(const cv::Mat& gray) override {
     EXPECT_EQ(gray.type(), CV_8UC1);
     return points;
@@ -51,7 +51,7 @@ std::shared_ptr<const FrameFeatures> Build(const std::shared_ptr<PointExtractor>
 
 TEST(PointExtractor, ItsPointsAreThoseOfTheFrameWithDepthAndBits) {
   const auto parrot = std::make_shared<Parrot>();
-  parrot->said.faint_response = 2.0F;
+  parrot->said.low_contrast_response = 2.0F;
   const auto features = Build(parrot);
   ASSERT_EQ(features->points.size(), 2U);
   const PointFeature& first = features->points[0];
@@ -59,9 +59,9 @@ TEST(PointExtractor, ItsPointsAreThoseOfTheFrameWithDepthAndBits) {
   EXPECT_EQ(first.depth, 2.0);
   EXPECT_EQ(first.octave, 1);
   EXPECT_EQ(first.angle, 30.0F);
-  EXPECT_FALSE(first.faint);
+  EXPECT_FALSE(first.low_contrast);
   EXPECT_LT(features->points[1].angle, 0.0F) << "none";
-  EXPECT_TRUE(features->points[1].faint);
+  EXPECT_TRUE(features->points[1].low_contrast);
   EXPECT_EQ(features->point_descriptors.size(), cv::Size(32, 2));
   // (1, 2, 3, 4) and (4, 3, 2, 1) are opposite after their mean is removed.
   EXPECT_EQ(cv::norm(features->point_descriptors.row(0), features->point_descriptors.row(1),
@@ -83,7 +83,7 @@ TEST(PointExtractor, OrbGivenIsOrbBuiltIn) {
   for (std::size_t i = 0; i < given->points.size(); ++i) {
     EXPECT_EQ(given->points[i].uv, built_in->points[i].uv);
     EXPECT_EQ(given->points[i].octave, built_in->points[i].octave);
-    EXPECT_EQ(given->points[i].faint, built_in->points[i].faint);
+    EXPECT_EQ(given->points[i].low_contrast, built_in->points[i].low_contrast);
   }
   EXPECT_EQ(cv::norm(given->point_descriptors, built_in->point_descriptors, cv::NORM_HAMMING), 0.0);
 }
@@ -106,7 +106,7 @@ TEST(PointExtractor, IsNamedWithWhatIsWrongWithItsPoints) {
       {"keypoint 0 is at (10.25, -0.6), outside",
        [](Parrot& p) { p.points.keypoints[0].pt.y = -0.6F; }},
       {"keypoint 1 is at no finite place", [](Parrot& p) { p.points.keypoints[1].pt.y = kNan; }},
-      {"keypoint 0 has octave 2, but PointKind::pyramid has 2 levels from 0",
+      {"keypoint 0 has octave 2, but FeatureType::pyramid has 2 levels from 0",
        [](Parrot& p) { p.points.keypoints[0].octave = 2; }},
       {"keypoint 0 has octave -1", [](Parrot& p) { p.points.keypoints[0].octave = -1; }},
       {"keypoint 1 has no angle of 0 to 360",
@@ -117,11 +117,11 @@ TEST(PointExtractor, IsNamedWithWhatIsWrongWithItsPoints) {
        [](Parrot& p) { p.points.descriptors = p.points.descriptors.row(0); }},
       {"2 keypoints have 0 rows of descriptors",
        [](Parrot& p) { p.points.descriptors = cv::Mat(); }},
-      {"descriptors are not CV_32F, as PointKind::descriptor says",
+      {"descriptors are not CV_32F, as FeatureType::descriptor says",
        [](Parrot& p) { p.points.descriptors = cv::Mat::zeros(2, 4, CV_8U); }},
-      {"descriptors are not CV_8U, as PointKind::descriptor says",
+      {"descriptors are not CV_8U, as FeatureType::descriptor says",
        [](Parrot& p) { p.said.descriptor = DescriptorType::kBinary; }},
-      {"descriptors have 4 columns, not 5 as PointKind::columns says",
+      {"descriptors have 4 columns, not 5 as FeatureType::columns says",
        [](Parrot& p) { p.said.columns = 5; }},
       {"the descriptor of keypoint 1 has a value that is not finite",
        [](Parrot& p) { p.points.descriptors.at<float>(1, 3) = kNan; }},
@@ -136,9 +136,9 @@ TEST(PointExtractor, IsNamedWithWhatIsWrongWithItsPoints) {
 
 TEST(PointExtractor, AKindThatNoneIsIsRefusedAtOnce) {
   const Fault faults[] = {
-      {"PointKind::name must have 1 to 64 printable", [](Parrot& p) { p.said.name.clear(); }},
-      {"PointKind::name must have 1 to 64 printable", [](Parrot& p) { p.said.name = "a\nb"; }},
-      {"points by parrot: PointKind::columns must be 2 to 4096, is 1",
+      {"FeatureType::name must have 1 to 64 printable", [](Parrot& p) { p.said.name.clear(); }},
+      {"FeatureType::name must have 1 to 64 printable", [](Parrot& p) { p.said.name = "a\nb"; }},
+      {"points by parrot: FeatureType::columns must be 2 to 4096, is 1",
        [](Parrot& p) { p.said.columns = 1; }},
       {"points by parrot: PyramidOptions::levels", [](Parrot& p) { p.said.pyramid.levels = 17; }},
       {"points by parrot: PyramidOptions::scale_factor",

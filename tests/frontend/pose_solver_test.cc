@@ -394,7 +394,7 @@ TEST_F(PoseSolver, WhatIsKnownDecidesWhereTheImageLeavesADirectionOpen) {
   }
   const Problem problem = MakeProblem(scene, Look(scene, IdealSensor(), kTruth), model, kTruth);
   ASSERT_GT(problem.lines.size(), 8u);
-  const KnownPose known{
+  const PoseConstraint known{
       kTruth.Plus((Eigen::Matrix<double, 6, 1>() << 0.02, 0, 0, 0, 0, 0).finished()),
       100.0 * Eigen::Matrix<double, 6, 6>::Identity()};
   const auto solution =
@@ -413,7 +413,7 @@ TEST_F(PoseSolver, InformationAndGradientAreThoseOfTheImageAlone) {
   const Problem problem = MakeProblem(
       scene, Look(scene, IdealSensor(), kTruth, {.px = 0.5, .depth = true}), model, kTruth);
   // A strong prior, a millimetre away.
-  const KnownPose known{
+  const PoseConstraint known{
       kTruth.Plus((Eigen::Matrix<double, 6, 1>() << 1e-3, 0, 0, 0, 5e-4, 0).finished()),
       1e4 * Eigen::Matrix<double, 6, 6>::Identity()};
   const PoseSolverOptions plain{.point_huber = 1e6,
@@ -438,7 +438,7 @@ TEST_F(PoseSolver, InformationAndGradientAreThoseOfTheImageAlone) {
 
 TEST_F(PoseSolver, WithoutWeightWhatIsKnownChangesNothing) {
   const Problem problem = Exact(60, 10);
-  const KnownPose nothing{Pose::FromTangent({9, 9, 9}, {1, 1, 1})};
+  const PoseConstraint nothing{Pose::FromTangent({9, 9, 9}, {1, 1, 1})};
   const auto alone = Solve(problem);
   const auto with =
       SolvePose(kStart, model.projection(), problem.points, problem.lines, {}, &nothing);

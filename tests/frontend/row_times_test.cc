@@ -120,12 +120,12 @@ SyntheticView SeenByRows(const Scene& scene, const RgbdSensor& sensor, double re
   return view;
 }
 
-TEST(AtMiddleRow, FeaturesAreWhereOneMomentWouldHaveSeenThem) {
+TEST(CompensatedToMiddleRow, FeaturesAreWhereOneMomentWouldHaveSeenThem) {
   const RgbdSensor sensor = testing::IdealSensor();
   const Scene scene = MakeScene(3, 300, 30);
   const SyntheticView truth = Look(scene, sensor, Pose());
   const SyntheticView seen = SeenByRows(scene, sensor, 0.03);
-  const auto moved = AtMiddleRow(*seen.features, sensor.camera, 0.03, kMotion);
+  const auto moved = CompensatedToMiddleRow(*seen.features, sensor.camera, 0.03, kMotion);
   ASSERT_EQ(moved->points.size(), truth.features->points.size());
   double shift = 0.0;
   for (std::size_t i = 0; i < moved->points.size(); ++i) {
@@ -154,10 +154,10 @@ TEST(MovedOtherwise, AnAssumedMotionIsReplacedByTheOneThatWasFound) {
   const Twist assumed{.v = {0.3, -0.2, 0.1}, .omega = {0.3, 0.9, -0.3}};
   // Depth is measured at the time of its pixel.
   const FrameTiming timing{.colour_readout = 0.03, .depth_readout = 0.03};
-  const auto first = AtMiddleRow(*seen.features, sensor.camera, 0.03, assumed);
+  const auto first = CompensatedToMiddleRow(*seen.features, sensor.camera, 0.03, assumed);
   const auto second =
       MovedOtherwise(*first, sensor.camera, grid, {timing, assumed}, {timing, kMotion});
-  const auto direct = AtMiddleRow(*seen.features, sensor.camera, 0.03, kMotion);
+  const auto direct = CompensatedToMiddleRow(*seen.features, sensor.camera, 0.03, kMotion);
   for (std::size_t i = 0; i < second->points.size(); ++i) {
     // The row that a feature is moved to approximates the one it was seen in: 10 px of 480 of 30
     // ms, times the difference of the flows, 0.4 rad/s of 525 px.
@@ -235,11 +235,11 @@ TEST(DepthRate, OfASlopeIsThatOfItsReading) {
   EXPECT_FALSE(DepthRate(cells, grid, p_C, kMotion));
 }
 
-TEST(AtMiddleRow, PointsWithoutDepthTurnWithTheCamera) {
+TEST(CompensatedToMiddleRow, PointsWithoutDepthTurnWithTheCamera) {
   const PinholeCamera camera;
   FrameFeatures features;
   features.points.push_back({.uv = {400.0, 100.0}});
-  const auto moved = AtMiddleRow(features, camera, 0.03, {.omega = {0.0, 0.0, 1.0}});
+  const auto moved = CompensatedToMiddleRow(features, camera, 0.03, {.omega = {0.0, 0.0, 1.0}});
   const double late = 0.03 * RowTime(100.0, camera.height);
   const Eigen::Vector3d ray = Pose::FromTangent(Eigen::Vector3d::Zero(), {0.0, 0.0, late}).q() *
                               camera.Unproject({400.0, 100.0}, 1.0);

@@ -95,7 +95,7 @@ TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
     EXPECT_EQ(result.state, carried ? TrackingState::kInertial : TrackingState::kTracking) << i;
     if (i > 0) {
       ASSERT_TRUE(result.inertial) << i;
-      levels += result.inertial->T_level ? 1 : 0;
+      levels += result.inertial->T_gravity ? 1 : 0;
     }
     causal.push_back({result.stamp, result.T_WC});
   }
@@ -143,7 +143,7 @@ TEST_F(SlamInertialTest, ASubmapThatBeginsWhereDeadReckoningHasEndedIsUpright) {
   std::size_t begin = kBrightAgain;
   while (begin < results.size() && !results[begin].begins_submap) ++begin;
   ASSERT_LT(begin, results.size());
-  EXPECT_EQ(begin, kBrightAgain) << "patience is over: the first frame that can";
+  EXPECT_EQ(begin, kBrightAgain) << "the lost timeout is over: the first frame that can";
   // Up is the mean acceleration of a second, in which a walk changes its velocity by less than half
   // a metre per second: 3 deg.
   constexpr double kUpright = 0.05;  // [rad]

@@ -39,7 +39,7 @@ class SlamLoopTest : public ::testing::Test {
 
   struct Run {
     std::vector<LoopReport> loops;
-    int lost = 0, told_loops = 0, told_maps = 0;
+    int lost = 0, reported_loops = 0, reported_maps = 0;
     double rmse = 0.0;     // [m] APE
     double closure = 0.0;  // [m] RMS error between each place and its revisit
     std::vector<Eigen::Matrix4d> poses;
@@ -51,8 +51,8 @@ class SlamLoopTest : public ::testing::Test {
     options.mapper.bundle.threads = 1;
     SlamSystem slam({.camera = Camera()}, loops.background ? options : Deterministic(options));
     Run run;
-    slam.SetCallbacks({.on_loop = [&](const LoopReport&) { ++run.told_loops; },
-                       .on_map = [&](const Map&) { ++run.told_maps; }});
+    slam.SetCallbacks({.on_loop = [&](const LoopReport&) { ++run.reported_loops; },
+                       .on_map = [&](const Map&) { ++run.reported_maps; }});
     const auto keep = [&](const std::vector<LoopReport>& reports) {
       run.loops.insert(run.loops.end(), reports.begin(), reports.end());
     };
@@ -110,8 +110,8 @@ TEST_F(SlamLoopTest, ClosesTheLoopInTheBackground) {
   EXPECT_TRUE(run.loops[0].accepted) << run.loops[0].message;
   EXPECT_EQ(run.lost, 0);
   EXPECT_LT(run.rmse, 0.006);
-  EXPECT_EQ(run.told_loops, static_cast<int>(run.loops.size()));
-  EXPECT_GE(run.told_maps, 1);
+  EXPECT_EQ(run.reported_loops, static_cast<int>(run.loops.size()));
+  EXPECT_GE(run.reported_maps, 1);
 }
 
 TEST_F(SlamLoopTest, TheCameraNeedNotWaitForTheLoop) {

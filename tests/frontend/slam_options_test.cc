@@ -26,7 +26,7 @@
 #include "features/frame_builder.h"
 #include "inertial/inertial_odometry.h"
 #include "local/local_mapper.h"
-#include "loops/depth_pattern_finder.h"
+#include "loops/depth_distortion_estimator.h"
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "support/message_of.h"
@@ -271,8 +271,8 @@ const Edge kEdges[] = {
     {"loops.detector.consistency", {0}},
     {"loops.detector.min_support", {5}},
     {"loops.detector.min_found", {-0.1, 1.1}},
-    {"loops.detector.min_found_apart", {-0.1, 1.1}},
-    {"loops.detector.overwhelming", {0.9}},
+    {"loops.detector.min_match_ratio_across_submaps", {-0.1, 1.1}},
+    {"loops.detector.decisive_ratio", {0.9}},
     {"loops.correction.fused_keyframes", {-1}},
     {"loops.correction.threads", {0}},
     {"loops.bundle.point_huber", {0}},
@@ -293,7 +293,7 @@ const Edge kEdges[] = {
     {"factors.threads", {0}},
     {"depth_pattern.first", {2}},
     {"depth_pattern.most", {2}},
-    {"submaps.patience", {-0.1}},
+    {"submaps.lost_timeout", {-0.1}},
 };
 
 // Creates a component of SlamSystem with its part of the options.
@@ -311,7 +311,7 @@ void MakeUserOf(const std::string& part, const SlamOptions& options) {
   if (part == "loops") LoopCloser(model, options.loops);
   if (part == "factors") FactorAdjuster(options.factors, options.loops.graph);
   if (part == "depth_pattern") {
-    DepthPatternFinder(sensor.camera, options.depth_pattern, options.loops.bundle);
+    DepthDistortionEstimator(sensor.camera, options.depth_pattern, options.loops.bundle);
   }
   if (part == "submaps") options.submaps.Validate();
 }

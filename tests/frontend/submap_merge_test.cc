@@ -67,10 +67,10 @@ TEST(SubmapMerge, JoinsTheSubmapsThatShowOnePlace) {
 }
 
 TEST(SubmapMerge, OneKeyFrameIsNotEnoughUnlessItIsBeyondDoubt) {
-  const auto merged_at = [](double overwhelming) {
+  const auto merged_at = [](double decisive_ratio) {
     LoopScene scene(kTwoSubmaps);
     LoopCloserOptions options = Lockstep();
-    options.detector.overwhelming = overwhelming;
+    options.detector.decisive_ratio = decisive_ratio;
     return Walk(scene, options).merged_at;
   };
   const int first = merged_at(1.0);
@@ -92,7 +92,7 @@ TEST(SubmapMerge, APlaceThatHasMostlyChangedJoinsNothing) {
   options.strange_return = 0.6;
   LoopScene scene(options);
   LoopCloserOptions careful = Lockstep();
-  careful.detector.min_found_apart = 1.0;
+  careful.detector.min_match_ratio_across_submaps = 1.0;
   const Walked walked = Walk(scene, careful);
   EXPECT_EQ(walked.merged_at, -1);
   EXPECT_GT(walked.refused, 0) << "and it is told why";

@@ -136,7 +136,7 @@ class CoupledOdometry : public ::testing::TestWithParam<bool> {
 Pose Follow(MappedPlace& place, InertialOdometry& odometry) {
   constexpr double kStep = 0.05;
   double read = -0.005;
-  Pose T_level;
+  Pose T_gravity;
   for (int k = 1; k <= 90; ++k) {
     const double t = kStep * k;
     for (const ImuSample& reading : place.scene().Readings(read + 0.005, t + 0.1)) {
@@ -146,28 +146,28 @@ Pose Follow(MappedPlace& place, InertialOdometry& odometry) {
     InertialOdometry::Observation observation;
     observation.image = FromSeconds(t);
     const bool dark = k > 60 && k <= 70;
-    if (!dark) observation.visual = Moved(place.scene().See(t), T_level);
+    if (!dark) observation.visual = Moved(place.scene().See(t), T_gravity);
     observation.see = [&] { return place.See(t); };
     const InertialReport report = odometry.Update(observation);
-    if (report.T_level) {
-      T_level = *report.T_level * T_level;
-      place.MoveMap(*report.T_level);
+    if (report.T_gravity) {
+      T_gravity = *report.T_gravity * T_gravity;
+      place.MoveMap(*report.T_gravity);
     }
   }
-  return T_level;
+  return T_gravity;
 }
 
 TEST_P(CoupledOdometry, FindsPoseVelocityAndTimeOffset) {
   constexpr double kOffset = 0.012;
   MappedPlace place({.time_offset = kOffset, .seed = 5});
   InertialOdometry odometry(place.scene().calibration(), Options(), place.model());
-  const Pose T_level = Follow(place, odometry);
+  const Pose T_gravity = Follow(place, odometry);
   ASSERT_EQ(odometry.status(), InertialStatus::kRunning);
   const InertialEstimate estimate = *odometry.estimate();
   const ImuState truth = place.scene().StateAt(ToSeconds(estimate.stamp));
   EXPECT_NEAR(odometry.time_offset(), kOffset, 1e-3);
-  EXPECT_LT((T_level * truth.T_WB.p() - estimate.state.T_WB.p()).norm(), 3e-3);
-  EXPECT_LT((T_level.q() * truth.v_WB - estimate.state.v_WB).norm(), 0.02);
+  EXPECT_LT((T_gravity * truth.T_WB.p() - estimate.state.T_WB.p()).norm(), 3e-3);
+  EXPECT_LT((T_gravity.q() * truth.v_WB - estimate.state.v_WB).norm(), 0.02);
 }
 
 TEST_P(CoupledOdometry, FindsWhereTheCameraSits) {

@@ -37,7 +37,7 @@ class TrackerTiming : public TrackerTest {
     const Twist motion = Twist::Between(PoseOfFrame(i - 1).Inverse() * PoseOfFrame(i), dt);
     // Backwards in time: the observation is that of one instant moved to the rows, to a tenth of a
     // pixel.
-    view.features = AtMiddleRow(*view.features, sensor.camera, -kReadout, motion);
+    view.features = CompensatedToMiddleRow(*view.features, sensor.camera, -kReadout, motion);
     return view;
   }
 
@@ -50,7 +50,7 @@ class TrackerTiming : public TrackerTest {
 
   // Tracks frame i, for which the IMU predicts this motion.
   TrackedFrame Told(Tracker& tracker, int i) {
-    KnownPose known{PoseOfFrame(i)};
+    PoseConstraint known{PoseOfFrame(i)};
     known.motion = Shaken(i);
     return tracker.Track(MakeFrame(SeenByRows(i), i), scene_map.map, known);
   }
@@ -69,7 +69,7 @@ class TrackerTiming : public TrackerTest {
     tracker.Anchor(tracked, keyframe);
     Track(tracker, SeenByRows(i + 1), i + 1);
     const auto before = keyframe.frame.features;
-    tracker.RetimeAll(&scene_map.map);
+    tracker.CompensateAll(&scene_map.map);
     return keyframe.frame.features == before;
   }
 
@@ -143,7 +143,7 @@ TEST_F(TrackerTiming, AKeyframeMadeBeforeTheReadoutWasFoundFollowsIt) {
   keyframe.frame = tracked.frame;
   tracker.Anchor(tracked, keyframe);
   for (int i = 11; i < 240; ++i) Track(tracker, SeenByRows(i), i);
-  tracker.RetimeAll(&scene_map.map);
+  tracker.CompensateAll(&scene_map.map);
   const SyntheticView truth =
       Look(scene, IdealSensor(), PoseOfFrame(10), {.px = 0.5, .depth = true, .seed = 10});
   double before = 0.0, after = 0.0;
@@ -164,10 +164,11 @@ TEST_F(TrackerTiming, RowsFollowTheMotionThatAnImuTells) {
     Start(tracker, PoseOfFrame(0));
     double sum = 0.0;
     for (int i = 1; i < 40; ++i) {
-      KnownPose known{PoseOfFrame(i)};
+      PoseConstraint known{PoseOfFrame(i)};
       known.motion = Shaken(i);
       SyntheticView view = Look(scene, sensor, PoseOfFrame(i), {.px = 0.5, .depth = true});
-      view.features = AtMiddleRow(*view.features, sensor.camera, -readout, *known.motion);
+      view.features =
+          CompensatedToMiddleRow(*view.features, sensor.camera, -readout, *known.motion);
       const Twist expected = *known.motion;
       if (!told) known.motion.reset();
       const TrackedFrame tracked = tracker.Track(MakeFrame(view, i), scene_map.map, known);
@@ -187,13 +188,14 @@ TEST_F(TrackerTiming, TheReadoutIsFoundByTheMotionThatAnImuTells) {
   Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 120; ++i) {
-    KnownPose known{PoseOfFrame(i)};
+    PoseConstraint known{PoseOfFrame(i)};
     known.motion = Twist::Between(PoseOfFrame(i - 1).Inverse() * PoseOfFrame(i), 1.0 / 30.0);
     known.motion->v *= 1.5;  // by the step the read-out would be 1.5 times the true one
     known.motion->omega *= 1.5;
     SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(i),
                               {.px = 0.5, .depth = true, .seed = static_cast<unsigned>(i)});
-    view.features = AtMiddleRow(*view.features, IdealSensor().camera, -kReadout, *known.motion);
+    view.features =
+        CompensatedToMiddleRow(*view.features, IdealSensor().camera, -kReadout, *known.motion);
     tracker.Track(MakeFrame(view, i), scene_map.map, known);
   }
   const FrameTimingEstimate estimate = tracker.timing_estimate();
@@ -209,7 +211,7 @@ TEST_F(TrackerTiming, AKeyframeKeepsTheMotionThatAnImuTold) {
 
 TEST_F(TrackerTiming, AMotionThatImagesContradictIsNotKept) {
   EXPECT_FALSE(StaysAsItWas([&](Tracker& tracker) {
-    KnownPose known{PoseOfFrame(5)};
+    PoseConstraint known{PoseOfFrame(5)};
     known.motion = Shaken(5);
     known.motion->v.z() += 30.0;  // readings of an impact on the sensor
     return tracker.Track(MakeFrame(SeenByRows(5), 5), scene_map.map, known);
@@ -246,7 +248,7 @@ TEST_F(TrackerTiming, AFrameThatWasNotTrackedIsRememberedAsItWasSeen) {
   KeyFrame& keyframe = scene_map.map.AddKeyFrame(lost.frame, PoseOfFrame(10));
   tracker.Anchor(lost, keyframe);
   const auto seen = keyframe.frame.features;
-  tracker.RetimeAll(&scene_map.map);
+  tracker.CompensateAll(&scene_map.map);
   EXPECT_EQ(keyframe.frame.features, seen);
 }
 

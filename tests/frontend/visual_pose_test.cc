@@ -66,8 +66,8 @@ TEST(VisualPose, OfATrackedFrameForgetsThePrediction) {
   const KeyFrameId id = scene_map.Add(look(T_first), T_first);
   Tracker tracker(model, {});
   tracker.Anchor(first, *scene_map.map.keyframe(id));
-  const KnownPose predicted{truth.Plus((Vector6() << 4e-3, -4e-3, 4e-3, 0, 0, 0).finished()),
-                            3e3 * Matrix6::Identity()};
+  const PoseConstraint predicted{truth.Plus((Vector6() << 4e-3, -4e-3, 4e-3, 0, 0, 0).finished()),
+                                 3e3 * Matrix6::Identity()};
   const TrackedFrame tracked =
       tracker.Track(testing::MakeFrame(look(truth), 1), scene_map.map, predicted);
   ASSERT_EQ(tracked.state, TrackingState::kTracking);

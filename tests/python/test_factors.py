@@ -29,7 +29,7 @@ def factors():
     rotation = np.array([0.1, 0.2, -0.1])
     yield hw.PosePrior(T_2, W6), (T_1,)
     yield hw.DirectionPrior(hw.UnitDirection(), 0.1), (hw.UnitDirection([0.1, 0.2, -1]),)
-    yield hw.UprightPrior(0.1), (SMALL,)
+    yield hw.GravityPrior(0.1), (SMALL,)
     yield hw.PositionFactor(POINT, V, np.diag([1.0, 2, 3])), (T_1, T_2)
     yield hw.VectorPrior1([0.1], [[2.0]]), (0.3,)
     yield hw.VectorPrior2([1, 2], np.eye(2)), (np.zeros(2),)

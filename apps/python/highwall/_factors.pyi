@@ -190,7 +190,7 @@ class RelativePose(CostFunction):
 class ScaledMotion(CostFunction):
     def __init__(self, Z: Pose, sqrt_information: npt.ArrayLike, T_BC: Pose = ...) -> None: ...
 
-class UprightPrior(CostFunction):
+class GravityPrior(CostFunction):
     def __init__(self, sigma: float) -> None: ...
 
 class VectorPrior1(CostFunction):

@@ -39,7 +39,7 @@
 
   Highwall.comparison = function (runs) {
     return html("div", { class: "card scroll" }, html("table", {},
-      html("caption", {}, "A tick is at the better one. Options are told where they differ."),
+      html("caption", {}, "A tick is at the better one. Options are listed where they differ."),
       html("thead", {}, html("tr", {}, html("th", { scope: "col" }, ""), runs.map((run) => html("th", { scope: "col", class: "number" }, run.name)))),
       html("tbody", {}, kFigures.map((figure) => row(runs, figure)), optionRows(runs))));
   };

@@ -47,7 +47,7 @@
   add("map3d", "The map", "Drag to turn, scroll to zoom, right button to move. Keys, once the view is chosen: arrows turn, + and − zoom, W A S D move, Home shows all of it.",
     (runs) => (Highwall.view = Highwall.view3d(runs)).element);
 
-  add("trajectory", "Trajectory", "In metres from where the run began, at one scale, levelled where the map tells what is level; the ground truth is laid on it by a rigid alignment.", (runs) => {
+  add("trajectory", "Trajectory", "In metres from where the run began, at one scale, aligned with gravity where the map knows its direction; the ground truth is laid on it by a rigid alignment.", (runs) => {
     const all = positionsOf(runs), views = Highwall.viewsOf(all);
     const worst = Math.max(...runs.map((run) => (run.errors ? run.errors.ape.max : 0)));
     return perRun(runs, (run) => {
@@ -95,7 +95,7 @@
     }));
   })));
 
-  add("maps", "Maps and merges", "Where tracking is lost for good the map goes on in a new one; they become one when they meet.", (runs) => {
+  add("maps", "Maps and merges", "Where tracking is lost for longer than the lost timeout, a new map begins; maps that meet are merged.", (runs) => {
     const told = (run) => run.maps.length > 1 || run.lost.length > 0 || get(run, "run/loops/merges") > 0 || get(run, "run/relocalizations") > 0;
     if (!runs.some(told)) return null;
     const xRange = timeRange(runs);
@@ -204,7 +204,7 @@
 
   function patternRows(pattern) {
     if (!pattern || !(pattern.rms_per_m > 0)) return [];
-    return [["depth mended over the image, at 1 m (RMS)", number(100 * pattern.rms_per_m, 2) + " %"]];
+    return [["correction of the depth distortion, at 1 m (RMS)", number(100 * pattern.rms_per_m, 2) + " %"]];
   }
 
   function imuStateRows(imu) {

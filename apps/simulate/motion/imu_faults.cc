@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kMaxJitter = 0.2;  // of a period, so that stamps stay in order
-enum FaultPurpose : std::uint64_t { kScales, kAxes, kGravity, kDrift, kJitter, kDropped, kBlows };
+enum FaultPurpose : std::uint64_t { kScales, kAxes, kGravity, kDrift, kJitter, kDropped, kShocks };
 
 struct Field {
   const char* name;
@@ -128,17 +128,17 @@ ImuSample FaultyImu::Distorted(const ImuSample& ideal) const {
           accelerometer_ * ideal.accelerometer};
 }
 
-ImuBias FaultyImu::BlowAt(double t) const {
+ImuBias FaultyImu::ShockAt(double t) const {
   constexpr double kDuration = 0.06, kGyroscope = 3.0, kAccelerometer = 40.0;
   if (faults_.blow_interval <= 0.0) return ImuBias::Zero();
   const double span = std::floor(t / faults_.blow_interval);
-  const CounterRandom random = random_.Stream(kBlows).Stream(static_cast<std::uint64_t>(span));
+  const CounterRandom random = random_.Stream(kShocks).Stream(static_cast<std::uint64_t>(span));
   const Eigen::Matrix3d axes = NormalMatrix(random, 0).colwise().normalized();
   const double begin = (span + static_cast<double>(random.Uniform(9))) * faults_.blow_interval;
   if (t < begin || t >= begin + kDuration) return ImuBias::Zero();
-  ImuBias blow;
-  blow << kGyroscope * axes.col(0), kAccelerometer * axes.col(1);
-  return std::sin(std::numbers::pi * (t - begin) / kDuration) * blow;
+  ImuBias shock;
+  shock << kGyroscope * axes.col(0), kAccelerometer * axes.col(1);
+  return std::sin(std::numbers::pi * (t - begin) / kDuration) * shock;
 }
 
 std::vector<ImuSample> FaultyImu::Delivered(std::vector<ImuSample> readings) const {
@@ -149,9 +149,9 @@ std::vector<ImuSample> FaultyImu::Delivered(std::vector<ImuSample> readings) con
   for (std::size_t i = 0; i < readings.size(); ++i) {
     if (dropped.Uniform(i) < faults_.dropped) continue;
     ImuSample& reading = delivered.emplace_back(std::move(readings[i]));
-    const ImuBias blow = BlowAt(static_cast<double>(i) / rate_);
-    reading.gyroscope += blow.head<3>();
-    reading.accelerometer += blow.tail<3>();
+    const ImuBias shock = ShockAt(static_cast<double>(i) / rate_);
+    reading.gyroscope += shock.head<3>();
+    reading.accelerometer += shock.tail<3>();
     reading.gyroscope =
         reading.gyroscope.cwiseMax(-faults_.gyroscope_range).cwiseMin(faults_.gyroscope_range);
     reading.accelerometer = reading.accelerometer.cwiseMax(-faults_.accelerometer_range)

@@ -63,7 +63,7 @@ class FaultyImu {
 
  private:
   // Returns the effect of a shock on the reading at t [s] since the first.
-  ImuBias BlowAt(double t) const;
+  ImuBias ShockAt(double t) const;
 
   ImuFaults faults_;
   CounterRandom random_;

@@ -13,7 +13,7 @@ namespace highwall {
 
 // A depth image on a coarse grid of square cells, kCells along its longer side, without distortion,
 // at a hundredth of the image's size: the representation in which frames are compared
-// (moving_objects.h).
+// (dynamic_objects.h).
 class DepthGrid {
  public:
   static constexpr int kCells = 80;

@@ -14,8 +14,8 @@
 #include <highwall/internal/stopwatch.h>
 #include <highwall/internal/worker_team.h>
 
+#include "features/point_validation.h"
 #include "features/segment_depth.h"
-#include "features/sound_points.h"
 
 namespace highwall {
 namespace {
@@ -64,7 +64,7 @@ double Sharpness(const cv::Mat& gray) {
 }
 
 // Returns the kind of a user-defined extractor after validation.
-const PointKind& Sound(const PointKind& kind) {
+const FeatureType& Sound(const FeatureType& kind) {
   kind.Validate();
   return kind;
 }
@@ -76,7 +76,7 @@ FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& 
     : sensor_(sensor),
       options_(options),
       points_(points ? std::move(points) : MakePointExtractor(options)),
-      descriptor_bits_(Sound(point_kind()).descriptor, point_kind().columns),
+      descriptor_bits_(Sound(feature_type()).descriptor, feature_type().columns),
       line_extractor_(options.lines),
       depth_grid_(sensor.camera) {
   sensor_.Validate();
@@ -121,7 +121,7 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(RgbdImage* image,
   const auto timed = [](double& milliseconds, const auto& work) {
     const Stopwatch watch;
     work();
-    milliseconds += watch.Milliseconds();
+    milliseconds += watch.TimingStatistics();
   };
   ExtractedPoints points;
   LineFeatures lines;
@@ -157,7 +157,7 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(RgbdImage* image,
 
 void FrameBuilder::BuildPoints(ExtractedPoints extracted, const cv::Mat& depth,
                                FrameFeatures& features) const {
-  RequireSound(extracted, point_kind(), features.gray.size());
+  ValidatePoints(extracted, feature_type(), features.gray.size());
   features.points.reserve(extracted.keypoints.size());
   for (cv::KeyPoint& keypoint : extracted.keypoints) {
     PointFeature feature;
@@ -172,7 +172,7 @@ void FrameBuilder::BuildPoints(ExtractedPoints extracted, const cv::Mat& depth,
     feature.pixel = Eigen::Vector2f(keypoint.pt.x, keypoint.pt.y);
     feature.octave = keypoint.octave;
     feature.angle = keypoint.angle;
-    feature.faint = keypoint.response < point_kind().faint_response;
+    feature.low_contrast = keypoint.response < feature_type().low_contrast_response;
     features.points.push_back(feature);
     // The grid holds undistorted positions, in which projections are given.
     keypoint.pt =

@@ -19,7 +19,7 @@ namespace highwall {
 
 class WorkerTeam;
 
-// Milliseconds spent in one FrameBuilder::Build.
+// TimingStatistics spent in one FrameBuilder::Build.
 struct FrameBuilderTimes {
   double points = 0.0;
   double lines = 0.0;
@@ -48,7 +48,7 @@ class FrameBuilder {
 
   const PinholeCamera& camera() const { return sensor_.camera; }
   const DepthGrid& depth_grid() const { return depth_grid_; }
-  const PointKind& point_kind() const { return points_->kind(); }
+  const FeatureType& feature_type() const { return points_->kind(); }
 
  private:
   void BuildPoints(ExtractedPoints extracted, const cv::Mat& depth, FrameFeatures& features) const;

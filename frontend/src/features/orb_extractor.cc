@@ -114,8 +114,9 @@ std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractor
 
 // Lowers the threshold to the image noise in cells that are still empty. noise: sigma on this level
 // [grey levels].
-void AppendFaintCorners(const cv::Mat& image, double noise, const OrbExtractorOptions& options,
-                        std::vector<cv::KeyPoint>* corners) {
+void AppendLowContrastCorners(const cv::Mat& image, double noise,
+                              const OrbExtractorOptions& options,
+                              std::vector<cv::KeyPoint>* corners) {
   constexpr double kSigmas = 2.0;
   constexpr int kLeast = 2;  // [grey levels] above the quantization of the image
   if (!IsSearched(image)) return;
@@ -133,7 +134,7 @@ int NumCorners(const std::vector<std::vector<cv::KeyPoint>>& levels) {
 
 struct OrbExtractor::Impl {
   OrbExtractorOptions options;
-  PointKind kind;
+  FeatureType kind;
   std::vector<double> scales;
   std::vector<double> noise_shares;  // share of the sigma of white noise that remains on each level
   // One level without a border of its own: computes descriptors of given corners on a level's
@@ -144,7 +145,7 @@ struct OrbExtractor::Impl {
   explicit Impl(const OrbExtractorOptions& o) : options(o) {
     options.Validate();
     kind.pyramid = options.pyramid;
-    kind.faint_response = static_cast<float>(options.min_fast_threshold);
+    kind.low_contrast_response = static_cast<float>(options.min_fast_threshold);
     for (int i = 0; i < options.pyramid.levels; ++i)
       scales.push_back(std::pow(options.pyramid.scale_factor, i));
     noise_shares = NoiseShares();
@@ -234,7 +235,7 @@ OrbExtractor::~OrbExtractor() = default;
 OrbExtractor::OrbExtractor(OrbExtractor&&) noexcept = default;
 OrbExtractor& OrbExtractor::operator=(OrbExtractor&&) noexcept = default;
 
-const PointKind& OrbExtractor::kind() const {
+const FeatureType& OrbExtractor::kind() const {
   return impl_->kind;
 }
 
@@ -258,7 +259,8 @@ ExtractedPoints OrbExtractor::Extract(const cv::Mat& gray) {
   if (NumCorners(corners) < impl_->options.features) {
     const double noise = internal::NoiseSigma(gray);
     each_level([&](std::size_t i) {
-      AppendFaintCorners(pyramid[i], noise * impl_->noise_shares[i], impl_->options, &corners[i]);
+      AppendLowContrastCorners(pyramid[i], noise * impl_->noise_shares[i], impl_->options,
+                               &corners[i]);
     });
   }
   const std::vector<int> budgets = impl_->Budgets(corners);

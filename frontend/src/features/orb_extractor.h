@@ -26,7 +26,7 @@ class OrbExtractor final : public PointExtractor {
   OrbExtractor& operator=(OrbExtractor&&) noexcept;
 
   // Returns "orb", 256 bits.
-  const PointKind& kind() const override;
+  const FeatureType& kind() const override;
   // gray: CV_8UC1. Returns no points for an image without texture or too small for a patch. Throws
   // InvalidArgument for any other type or an empty image.
   ExtractedPoints Extract(const cv::Mat& gray) override;

@@ -193,9 +193,9 @@ std::optional<double> DepthRate(const cv::Mat& depth_grid, const DepthGrid& grid
   return flow.z() - slope.dot(shift);
 }
 
-std::shared_ptr<const FrameFeatures> AtMiddleRow(const FrameFeatures& features,
-                                                 const PinholeCamera& camera, double readout,
-                                                 const Twist& motion) {
+std::shared_ptr<const FrameFeatures> CompensatedToMiddleRow(const FrameFeatures& features,
+                                                            const PinholeCamera& camera,
+                                                            double readout, const Twist& motion) {
   return Moved(features, camera, [&](double v, const Eigen::Vector3d& p_C, bool) {
     return motion.Over(readout * RowTime(v, camera.height)) * p_C;
   });

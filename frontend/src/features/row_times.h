@@ -10,8 +10,8 @@
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/input/sensor.h>
 
-#include "features/depth_grid.h"
 #include <highwall/frontend/features/twist.h>
+#include "features/depth_grid.h"
 
 namespace highwall {
 
@@ -40,9 +40,9 @@ std::optional<double> DepthRate(const cv::Mat& depth_grid, const DepthGrid& grid
 // constrains the camera pose moved by its twist, and vice versa. Features without depth move as if
 // at the mean inverse depth of the others, or far away if there is none. camera: without
 // distortion.
-std::shared_ptr<const FrameFeatures> AtMiddleRow(const FrameFeatures& features,
-                                                 const PinholeCamera& camera, double readout,
-                                                 const Twist& motion);
+std::shared_ptr<const FrameFeatures> CompensatedToMiddleRow(const FrameFeatures& features,
+                                                            const PinholeCamera& camera,
+                                                            double readout, const Twist& motion);
 
 // Timing and motion by which the rows of an image were compensated.
 struct RowMotion {
@@ -62,8 +62,8 @@ bool Differ(const RowMotion& a, const RowMotion& b, const PinholeCamera& camera,
 // Median depth [m] of the points of an image; infinite if none has depth.
 double MedianDepth(const FrameFeatures& features);
 
-// Converts features that were compensated by AtMiddleRow and DepthAtTime with `assumed` to another
-// motion and timing. grid: of their depth.
+// Converts features that were compensated by CompensatedToMiddleRow and DepthAtTime with `assumed`
+// to another motion and timing. grid: of their depth.
 std::shared_ptr<const FrameFeatures> MovedOtherwise(const FrameFeatures& features,
                                                     const PinholeCamera& camera,
                                                     const DepthGrid& grid, const RowMotion& assumed,

@@ -18,12 +18,12 @@ class SiftExtractor final : public PointExtractor {
 
   // Returns "sift", 128 floats; one level for each of the three layers of an octave, the first
   // octave being that of the image at twice its size.
-  const PointKind& kind() const override { return kind_; }
+  const FeatureType& kind() const override { return kind_; }
   ExtractedPoints Extract(const cv::Mat& gray) override;
 
  private:
   SiftExtractorOptions options_;
-  PointKind kind_;
+  FeatureType kind_;
   cv::Ptr<cv::SIFT> sift_;
 };
 

@@ -56,8 +56,8 @@ Trajectory Thinned(const Trajectory& all, double interval) {
 }
 
 // Returns the poses connected by readings with the previous or the next one.
-Trajectory Tied(const Trajectory& poses, const ImuBuffer& readings, double time_offset,
-                double max_interval) {
+Trajectory WithReadingsBetween(const Trajectory& poses, const ImuBuffer& readings,
+                               double time_offset, double max_interval) {
   const Stamp shift = FromSeconds(time_offset);
   std::vector<bool> tied(poses.size(), false);
   for (std::size_t i = 1; i < poses.size(); ++i) {
@@ -146,7 +146,7 @@ class CalibrationGraph {
           std::make_unique<ExtrinsicCameraPose>(camera_[i].pose, Matrix6(weights.asDiagonal()),
                                                 RateAt(i), from_.time_offset),
           loss, state.pose, state.velocity, time_offset_, T_BC_, depth_scale_);
-      if (!Tie(i)) AddPriorsOf(state);
+      if (!AddImuFactor(i)) AddPriorsOf(state);
     }
   }
 
@@ -245,7 +245,7 @@ class CalibrationGraph {
   }
 
   // Adds an IMU factor for the readings since the previous pose, if there are any.
-  bool Tie(std::size_t i) {
+  bool AddImuFactor(std::size_t i) {
     if (i == 0) return false;
     if (ToSeconds(camera_[i].stamp - camera_[i - 1].stamp) > options_.max_interval) return false;
     const auto interval = readings_.Between(ImuStamp(i - 1), ImuStamp(i));
@@ -364,7 +364,8 @@ CameraImuCalibration CalibrateCameraImu(const Trajectory& camera,
   for (const ImuSample& sample : readings) buffer.Add(sample);
   const AxesAlignment axes = AlignAxes(thinned, buffer, options.max_time_offset,
                                        options.max_interval, options.gyroscope_range);
-  const Trajectory poses = Tied(thinned, buffer, axes.time_offset, options.max_interval);
+  const Trajectory poses =
+      WithReadingsBetween(thinned, buffer, axes.time_offset, options.max_interval);
   HIGHWALL_REQUIRE(static_cast<double>(poses.size()) * options.interval >= kShortest,
                    "camera and readings share less than two seconds");
   HIGHWALL_REQUIRE(axes.excitation >= kLeastTurn,

@@ -21,7 +21,7 @@ std::optional<Eigen::Vector3d> InertialOdometry::UpInCamera(Stamp image) const {
   return impl_->UpInCamera(image);
 }
 
-std::optional<KnownPose> InertialOdometry::Predict(Stamp image) const {
+std::optional<PoseConstraint> InertialOdometry::Predict(Stamp image) const {
   return impl_->Predict(image);
 }
 

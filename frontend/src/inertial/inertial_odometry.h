@@ -17,7 +17,7 @@
 
 #include "inertial/visual_pose.h"
 #include "map/seen_landmarks.h"
-#include "pose/known_pose.h"
+#include "pose/pose_constraint.h"
 
 namespace highwall {
 
@@ -52,7 +52,7 @@ class InertialOdometry {
 
   // Returns the pose of the camera predicted by the IMU; empty before the initialization, without
   // readings, and after dead reckoning for too long.
-  std::optional<KnownPose> Predict(Stamp image) const;
+  std::optional<PoseConstraint> Predict(Stamp image) const;
 
   // Observation of an image at its stamp [ns, camera's clock].
   struct Observation {
@@ -63,7 +63,7 @@ class InertialOdometry {
     std::function<SeenLandmarks()> see;
     double sharpness = 1.0;  // MotionMeasures
     double tracked_share = 1.0;
-    bool keeps_level = false;  // no gravity alignment of the map now: InertialReport::T_level
+    bool keeps_level = false;  // no gravity alignment of the map now: InertialReport::T_gravity
   };
   InertialReport Update(const Observation& observation);
 

@@ -51,7 +51,7 @@ Eigen::Quaterniond Upright(const Eigen::Vector3d& up) {
 }
 
 // Limits the certainty of gravity and t_d to the accuracy of the models.
-void AddDoubt(InertialPrior& prior) {
+void InflateCovariance(InertialPrior& prior) {
   constexpr double kGravity = 1e-3, kTimeOffset = 1e-4;  // [rad], [s]
   const Eigen::Vector3d least(kGravity, kGravity, kTimeOffset);
   auto variances = prior.calibration_covariance.diagonal().head<3>();
@@ -146,7 +146,7 @@ std::optional<ImuPreintegration> InertialOdometry::Impl::Between(Stamp from, Sta
                            {.noise = SaturatedNoise(shaken, interval->samples, calibration_)});
 }
 
-std::optional<KnownPose> InertialOdometry::Impl::Predict(Stamp image) const {
+std::optional<PoseConstraint> InertialOdometry::Impl::Predict(Stamp image) const {
   if (!window_) return std::nullopt;
   const auto imu = Between(window_->newest().stamp, ImuStamp(image));
   if (!imu) return std::nullopt;
@@ -164,8 +164,8 @@ std::optional<KnownPose> InertialOdometry::Impl::Predict(Stamp image) const {
   const Matrix6 covariance =
       kPredictionInflation *
       (J * camera.covariance * J.transpose() + Matrix6(common.cwiseProduct(common).asDiagonal()));
-  return KnownPose{T_WO_ * camera.T_WC, SqrtInformation(covariance),
-                   CameraMotion(body, omega_B, T_BC_)};
+  return PoseConstraint{T_WO_ * camera.T_WC, SqrtInformation(covariance),
+                        CameraMotion(body, omega_B, T_BC_)};
 }
 
 InertialReport InertialOdometry::Impl::Update(const Observation& observation) {
@@ -180,8 +180,8 @@ InertialReport InertialOdometry::Impl::Update(const Observation& observation) {
   }
   if (observation.visual) {
     // In W after a gravity alignment.
-    const Pose T_level = report.T_level.value_or(Pose());
-    last_visual_ = {observation.image, T_level * observation.visual->T_WC};
+    const Pose T_gravity = report.T_gravity.value_or(Pose());
+    last_visual_ = {observation.image, T_gravity * observation.visual->T_WC};
     visual_motion_ = motion;
   }
   report.status = status_;
@@ -232,17 +232,17 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
     attempts_ = std::min(attempts_, options_.max_attempts);
     return;
   }
-  const Eigen::Quaterniond q_level = Upright(-solution.estimate->gravity_W.vector());
-  InertialPrior prior = solution.estimate->Turned(q_level);
+  const Eigen::Quaterniond q_gravity = Upright(-solution.estimate->gravity_W.vector());
+  InertialPrior prior = solution.estimate->Turned(q_gravity);
   prior.gravity_W = UnitDirection(Eigen::Vector3d(0, 0, -1));
   // The covariance is inflated by the error of the solution.
   prior.SetJoint(std::max(1.0, solution.error) * prior.Joint());
-  AddDoubt(prior);
+  InflateCovariance(prior);
   if (!Start(prior)) {
     report.reason = reason_ = kNoStart;
     return;
   }
-  report.T_level = Pose(q_level, Eigen::Vector3d::Zero());
+  report.T_gravity = Pose(q_gravity, Eigen::Vector3d::Zero());
   bias_ = prior.estimate.bias;
   T_WO_ = Pose();
   levelled_to_ = window_->Prior().gravity_sigma();
@@ -323,7 +323,7 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
     step.omega_B = RateAt(buffer_, imu->end(), bias_);
     if (Innovate(*imu, *visual, observation.image, report)) {
       report.contradicted = true;
-      Disbelieve(*imu);
+      RejectInterval(*imu);
       Suspend();
       Resume(observation, report);
       return;
@@ -333,7 +333,7 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
   }
   step.imu = &*imu;
   step.weight = report.weight = weight_.Update(input);
-  step.stationary = report.stationary = rests_ = Rests(*imu, !observation.visual);
+  step.stationary = report.stationary = is_stationary_ = IsAtRest(*imu, !observation.visual);
   if (!window_->Add(step)) {
     report.weight = 0.0;
     Suspend();
@@ -343,7 +343,7 @@ void InertialOdometry::Impl::Advance(const Observation& observation, InertialRep
   if (!tight_.IsEmpty()) Couple(observation, step);
   ReadWindow();
   TakeOver(&report);
-  if (!observation.keeps_level) report.T_level = Level();
+  if (!observation.keeps_level) report.T_gravity = Level();
   status_ = step.visual != nullptr ? InertialStatus::kRunning : InertialStatus::kDeadReckoning;
   if (step.visual == nullptr && last_visual_ &&
       ToSeconds(observation.image - last_visual_->stamp) > options_.max_dead_reckoning) {
@@ -412,16 +412,16 @@ std::optional<Pose> InertialOdometry::Impl::Level() {
   // About the camera, which stays where it is.
   const Eigen::Quaterniond q = Upright(up_W);
   const Eigen::Vector3d p_W = T_WC()->p();
-  const Pose T_level(q, p_W - q * p_W);
-  T_WO_ = T_level * T_WO_;
-  if (last_visual_) last_visual_->pose = T_level * last_visual_->pose;
-  return T_level;
+  const Pose T_gravity(q, p_W - q * p_W);
+  T_WO_ = T_gravity * T_WO_;
+  if (last_visual_) last_visual_->pose = T_gravity * last_visual_->pose;
+  return T_gravity;
 }
 
 void InertialOdometry::Impl::Suspend() {
   known_ = window_->Prior();
-  AddDoubt(*known_);
-  rests_ = false;
+  InflateCovariance(*known_);
+  is_stationary_ = false;
   window_.reset();
   tight_.Cancel();
   status_ = InertialStatus::kWaiting;
@@ -488,7 +488,7 @@ bool InertialOdometry::Impl::Innovate(const ImuPreintegration& imu, const Visual
   return AreReadingsContradicted(*squared, predicted, visual_O.T_WC, steady, known_bad);
 }
 
-void InertialOdometry::Impl::Disbelieve(const ImuPreintegration& imu) {
+void InertialOdometry::Impl::RejectInterval(const ImuPreintegration& imu) {
   std::erase_if(contradicted_,
                 [&](const auto& interval) { return interval.second < buffer_.oldest(); });
   contradicted_.emplace_back(imu.start(), imu.end());
@@ -504,7 +504,7 @@ std::optional<Twist> InertialOdometry::Impl::MotionTo(const Observation& observa
   return Twist::Between(from.Inverse() * to, since);
 }
 
-bool InertialOdometry::Impl::Rests(const ImuPreintegration& imu, bool is_dark) const {
+bool InertialOdometry::Impl::IsAtRest(const ImuPreintegration& imu, bool is_dark) const {
   const Stamp end = imu.end();
   const Stamp start = end - FromSeconds(1.5 * kStationary.min_duration);
   const InertialEstimate& newest = window_->newest();
@@ -512,7 +512,7 @@ bool InertialOdometry::Impl::Rests(const ImuPreintegration& imu, bool is_dark) c
   if (v.norm() > kStationarySpeed) return false;
   const Eigen::Matrix3d covariance = newest.covariance.block<3, 3>(6, 6);
   if (!(v.dot(covariance.ldlt().solve(v)) <= kRestChi2)) return false;
-  if (is_dark ? !rests_ : !visual_rest_.Agrees()) return false;
+  if (is_dark ? !is_stationary_ : !visual_rest_.Agrees()) return false;
   const auto interval = buffer_.Between(start, end);
   return interval && !interval->HasGap() && IsStationary(interval->samples, kStationary);
 }
@@ -533,7 +533,7 @@ void InertialOdometry::Impl::Restart() {
   visual_motion_.reset();
   initializer_.Clear();
   visual_rest_.Clear();
-  rests_ = false;
+  is_stationary_ = false;
   T_WO_ = Pose();
   if (status_ == InertialStatus::kGivenUp) return;  // retried as rarely as before
   last_attempt_.reset();

@@ -26,7 +26,7 @@ class InertialOdometry::Impl {
 
   ImuSampleStatus AddSample(const ImuSample& sample) { return buffer_.Add(sample); }
   std::optional<Eigen::Vector3d> UpInCamera(Stamp image) const;
-  std::optional<KnownPose> Predict(Stamp image) const;
+  std::optional<PoseConstraint> Predict(Stamp image) const;
   InertialReport Update(const Observation& observation);
   void MoveMap(const Pose& T_new_old);
   void Restart();
@@ -72,13 +72,13 @@ class InertialOdometry::Impl {
   bool Innovate(const ImuPreintegration& imu, const VisualPose& visual_O, Stamp image,
                 InertialReport& report) const;
   // Rejects the readings of that interval from now on.
-  void Disbelieve(const ImuPreintegration& imu);
+  void RejectInterval(const ImuPreintegration& imu);
   // Returns the motion from the last image with a pose to this one; empty if that is long ago.
   std::optional<Twist> MotionTo(const Observation& observation) const;
   std::optional<ExtrinsicsEstimate> extrinsics() const;
   // Returns whether the body is stationary by the readings, the velocity within its own sigmas, and
   // the images; if these give no pose, a stationary body remains stationary.
-  bool Rests(const ImuPreintegration& imu, bool is_dark) const;
+  bool IsAtRest(const ImuPreintegration& imu, bool is_dark) const;
   Stamp ImuStamp(Stamp image) const { return image + FromSeconds(time_offset()); }
   VisualPose InO(const VisualPose& visual_W) const;
 
@@ -97,7 +97,7 @@ class InertialOdometry::Impl {
   std::optional<StampedPose> last_visual_;  // T_WC of the last image with a pose, image stamp
   std::optional<Twist> visual_motion_;      // motion to it from the image before
   VisualRest visual_rest_;                  // of the camera in O
-  bool rests_ = false;                      // at the latest image
+  bool is_stationary_ = false;              // at the latest image
   std::optional<InertialPrior> known_;      // between Suspend() and Resume()
   std::deque<std::pair<Stamp, Stamp>> contradicted_;  // intervals of readings, IMU stamps
   // Kept over a pause.

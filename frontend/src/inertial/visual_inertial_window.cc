@@ -75,7 +75,7 @@ VisualInertialWindow::VisualInertialWindow(const ImuCalibration& calibration,
   if (!options_.estimate_time_offset) smoother_.Fix(time_offset_);
   last_ = AddState(prior.estimate, Pose());
   AddPrior(prior);
-  const UpdateReport report = smoother_.Update(Told());
+  const UpdateReport report = smoother_.Update(QueriedVariables());
   HIGHWALL_REQUIRE(report.accepted,
                    "VisualInertialWindow: the prior was refused: " + report.message);
   HIGHWALL_REQUIRE(report.covariance, "VisualInertialWindow: the prior leaves something open");
@@ -103,7 +103,7 @@ VisualInertialWindow::State VisualInertialWindow::AddState(const InertialEstimat
           smoother_.AddState(in_V.stamp, in_V.bias), smoother_.AddState(in_V.stamp, T_VW)};
 }
 
-void VisualInertialWindow::Tie(const State& before, const State& after, const Step& step) {
+void VisualInertialWindow::AddImuFactor(const State& before, const State& after, const Step& step) {
   smoother_.AddFactor(std::make_unique<ImuGravityFactor>(*step.imu, kStandardGravity, step.weight),
                       before.pose, before.velocity, before.bias, after.pose, after.velocity,
                       after.bias, gravity_);
@@ -121,14 +121,14 @@ bool VisualInertialWindow::Add(const Step& step, const std::stop_token& stop) {
   const Eigen::Vector3d gravity_V = kStandardGravity * smoother_.Value(gravity_).vector();
   const InertialEstimate predicted = Propagate(newest_V_, *step.imu, gravity_V);
   const State after = AddState(predicted, smoother_.Value(last_.T_VW));
-  Tie(last_, after, step);
+  AddImuFactor(last_, after, step);
   if (step.seen != nullptr) {
-    const Sight sight{step, after, LossOf(*step.seen)};
-    Observe(sight, step.seen->points, options_.tight.max_points, &points_);
-    Observe(sight, step.seen->lines, options_.tight.max_lines, &lines_);
+    const ImageObservation observation{step, after, LossOf(*step.seen)};
+    Observe(observation, step.seen->points, options_.tight.max_points, &points_);
+    Observe(observation, step.seen->lines, options_.tight.max_lines, &lines_);
   }
   const State before = std::exchange(last_, after);
-  const UpdateReport report = smoother_.Update(Told());
+  const UpdateReport report = smoother_.Update(QueriedVariables());
   // Landmarks that were marginalized, and those of a rejected step.
   std::erase_if(points_, [&](const auto& known) { return !smoother_.Contains(known.second); });
   std::erase_if(lines_, [&](const auto& known) { return !smoother_.Contains(known.second); });
@@ -141,7 +141,7 @@ bool VisualInertialWindow::Add(const Step& step, const std::stop_token& stop) {
   return report.covariance.has_value() && !*stopped_;
 }
 
-std::vector<VariableId> VisualInertialWindow::Told() const {
+std::vector<VariableId> VisualInertialWindow::QueriedVariables() const {
   std::vector<VariableId> told = {last_.pose, last_.velocity, last_.bias, gravity_, time_offset_};
   if (T_BC_) told.push_back(*T_BC_);
   told.push_back(last_.T_VW);
@@ -159,7 +159,8 @@ std::shared_ptr<ceres::LossFunction> VisualInertialWindow::LossOf(const SeenLand
 
 // most: maximum number of landmarks of one image.
 template <class Seen, class Landmark>
-void VisualInertialWindow::Observe(const Sight& sight, const std::vector<Seen>& seen, int most,
+void VisualInertialWindow::Observe(const ImageObservation& observation,
+                                   const std::vector<Seen>& seen, int most,
                                    std::map<decltype(Seen::id), Variable<Landmark>>* known) {
   std::vector<const Seen*> fresh;
   for (const Seen& one : seen) {
@@ -167,7 +168,7 @@ void VisualInertialWindow::Observe(const Sight& sight, const std::vector<Seen>& 
     if (found == known->end()) {
       fresh.push_back(&one);
     } else {
-      AddObservation(sight, one, found->second);
+      AddObservation(observation, one, found->second);
       --most;
     }
   }
@@ -175,45 +176,47 @@ void VisualInertialWindow::Observe(const Sight& sight, const std::vector<Seen>& 
   std::stable_sort(fresh.begin(), fresh.end(),
                    [](const Seen* a, const Seen* b) { return a->views.size() > b->views.size(); });
   fresh.resize(std::min(fresh.size(), static_cast<std::size_t>(std::max(most, 0))));
-  const Pose T_VM = smoother_.Value(sight.state.T_VW) * sight.step.T_WM;
+  const Pose T_VM = smoother_.Value(observation.state.T_VW) * observation.step.T_WM;
   for (const Seen* one : fresh) {
     const Variable<Landmark> landmark = smoother_.AddLandmark(Placed(T_VM, *one));
     known->emplace(one->id, landmark);
-    TieToMap(sight, *one, landmark);
-    AddObservation(sight, *one, landmark);
+    AddMapObservation(observation, *one, landmark);
+    AddObservation(observation, *one, landmark);
   }
 }
 
-void VisualInertialWindow::TieToMap(const Sight& sight, const SeenPoint& seen,
-                                    const Variable<Point>& point) {
-  smoother_.AddFactor(KnownPoint(seen, sight.step.T_WM, model_, kHuber), sight.state.T_VW, point);
+void VisualInertialWindow::AddMapObservation(const ImageObservation& observation,
+                                             const SeenPoint& seen, const Variable<Point>& point) {
+  smoother_.AddFactor(KnownPoint(seen, observation.step.T_WM, model_, kHuber),
+                      observation.state.T_VW, point);
 }
 
 // The map is treated as a body that carries the keyframes' cameras.
-void VisualInertialWindow::TieToMap(const Sight& sight, const SeenLine& seen,
-                                    const Variable<OrthonormalLine>& line) {
+void VisualInertialWindow::AddMapObservation(const ImageObservation& observation,
+                                             const SeenLine& seen,
+                                             const Variable<OrthonormalLine>& line) {
   for (const auto& [T_MC, feature] : seen.views) {
-    smoother_.AddFactorToBlocks(model_.MakeFactor(*feature, sight.step.T_WM * T_MC), map_loss_,
-                                std::vector<VariableId>{sight.state.T_VW, line});
+    smoother_.AddFactorToBlocks(model_.MakeFactor(*feature, observation.step.T_WM * T_MC),
+                                map_loss_, std::vector<VariableId>{observation.state.T_VW, line});
   }
 }
 
 template <class Seen>
-void VisualInertialWindow::AddObservation(const Sight& sight, const Seen& seen,
+void VisualInertialWindow::AddObservation(const ImageObservation& observation, const Seen& seen,
                                           const VariableId& landmark) {
-  std::vector<VariableId> on = {sight.state.pose, landmark};
+  std::vector<VariableId> on = {observation.state.pose, landmark};
   std::shared_ptr<ceres::CostFunction> factor = model_.MakeFactor(*seen.feature);
   if (T_BC_) {
     factor = std::make_shared<ExtrinsicFactor>(std::move(factor));
     on.push_back(*T_BC_);
   }
   if (options_.estimate_time_offset) {
-    factor =
-        std::make_shared<TimeOffsetFactor>(std::move(factor), smoother_.Value(sight.state.velocity),
-                                           sight.step.omega_B, sight.step.time_offset);
+    factor = std::make_shared<TimeOffsetFactor>(
+        std::move(factor), smoother_.Value(observation.state.velocity), observation.step.omega_B,
+        observation.step.time_offset);
     on.push_back(time_offset_);
   }
-  smoother_.AddFactorToBlocks(std::move(factor), sight.loss, on);
+  smoother_.AddFactorToBlocks(std::move(factor), observation.loss, on);
 }
 
 void VisualInertialWindow::ReadNewest(Stamp stamp) {
@@ -225,11 +228,11 @@ void VisualInertialWindow::ReadNewest(Stamp stamp) {
   gravity_W_ = UnitDirection(T_WV.q() * smoother_.Value(gravity_).vector());
 }
 
-void VisualInertialWindow::ReadCovariance(const Eigen::MatrixXd& of_told) {
+void VisualInertialWindow::ReadCovariance(const Eigen::MatrixXd& covariance) {
   // From [state, n, t_d, T_BC, T_VW] in V to [state, n, t_d, T_BC] in W, where T_BC is known
   // without it, e being the step of T_VW's rotation:
   //   p_W = R_VW^T (p_V - p_VW),   R_WB = Exp(-e) R_VW^T R_VB.
-  const Eigen::Index size = of_told.rows() - 6;
+  const Eigen::Index size = covariance.rows() - 6;
   const Eigen::Matrix3d R_WV = smoother_.Value(last_.T_VW).R().transpose();
   const ImuState& in_W = newest_.state;
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(size, size + 6);
@@ -245,7 +248,7 @@ void VisualInertialWindow::ReadCovariance(const Eigen::MatrixXd& of_told) {
   J.block<2, 2>(kN, kN) =
       basis_W.transpose() * R_WV * UnitDirectionManifold::Basis(gravity_V.data());
   J.block<2, 3>(kN, size + 3) = basis_W.transpose() * so3::Hat(gravity_W_.vector());
-  const Eigen::MatrixXd joint = J * of_told * J.transpose();
+  const Eigen::MatrixXd joint = J * covariance * J.transpose();
   newest_.covariance = joint.topLeftCorner<kN, kN>();
   coupling_ = joint.topRightCorner(kN, size - kN);
   calibration_covariance_ = joint.bottomRightCorner(size - kN, size - kN);

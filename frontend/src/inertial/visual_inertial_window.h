@@ -74,7 +74,7 @@ class VisualInertialWindow {
     Variable<Pose> T_VW;
   };
   // Observations of an image with its state.
-  struct Sight {
+  struct ImageObservation {
     const Step& step;
     const State& state;
     std::shared_ptr<ceres::LossFunction> loss;
@@ -82,20 +82,23 @@ class VisualInertialWindow {
 
   State AddState(const InertialEstimate& in_V, const Pose& T_VW);
   void AddPrior(const InertialPrior& prior);
-  void Tie(const State& before, const State& after, const Step& step);
+  void AddImuFactor(const State& before, const State& after, const Step& step);
   std::shared_ptr<ceres::LossFunction> LossOf(const SeenLandmarks& seen) const;
   template <class Seen, class Landmark>
-  void Observe(const Sight& sight, const std::vector<Seen>& seen, int most,
+  void Observe(const ImageObservation& observation, const std::vector<Seen>& seen, int most,
                std::map<decltype(Seen::id), Variable<Landmark>>* known);
   // Adds the observations of a landmark by keyframes.
-  void TieToMap(const Sight& sight, const SeenPoint& seen, const Variable<Point>& point);
-  void TieToMap(const Sight& sight, const SeenLine& seen, const Variable<OrthonormalLine>& line);
+  void AddMapObservation(const ImageObservation& observation, const SeenPoint& seen,
+                         const Variable<Point>& point);
+  void AddMapObservation(const ImageObservation& observation, const SeenLine& seen,
+                         const Variable<OrthonormalLine>& line);
   template <class Seen>
-  void AddObservation(const Sight& sight, const Seen& seen, const VariableId& landmark);
+  void AddObservation(const ImageObservation& observation, const Seen& seen,
+                      const VariableId& landmark);
   void ReadNewest(Stamp stamp);
   // Returns the variables, mainly of the newest state, whose covariance is read.
-  std::vector<VariableId> Told() const;
-  void ReadCovariance(const Eigen::MatrixXd& of_told);
+  std::vector<VariableId> QueriedVariables() const;
+  void ReadCovariance(const Eigen::MatrixXd& covariance);
 
   MeasurementModel model_;
   InertialOptions options_;

@@ -16,9 +16,9 @@ constexpr double kRestSpeed = 3e-3;
 }  // namespace
 
 void VisualRest::Add(Stamp stamp, const Eigen::Vector3d& p) {
-  const bool goes_on =
+  const bool is_continuous =
       !positions_.empty() && ToSeconds(stamp - positions_.back().stamp) <= kRestStep;
-  if (!goes_on) positions_.clear();
+  if (!is_continuous) positions_.clear();
   positions_.push_back({stamp, p});
   // The newest position that is old enough is kept, so that the positions cover the full time.
   while (positions_.size() > 2 && ToSeconds(stamp - positions_[1].stamp) >= kRestSeconds) {

@@ -371,8 +371,8 @@ const char* ToString(ImuFindingKind kind) {
       return "columns_exchanged";
     case Kind::kAccelerometerReversed:
       return "accelerometer_reversed";
-    case Kind::kRangeDenied:
-      return "range_denied";
+    case Kind::kRangeExceeded:
+      return "range_exceeded";
   }
   return "unknown";
 }
@@ -409,8 +409,8 @@ std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
   return repaired;
 }
 
-std::vector<ImuFinding> DropDeniedRanges(std::span<const ImuSample> repaired,
-                                         ImuCalibration* calibration) {
+std::vector<ImuFinding> DropExceededRanges(std::span<const ImuSample> repaired,
+                                           ImuCalibration* calibration) {
   constexpr double kTolerance = 1.1;  // of the range: tolerance between two sensors of one type
   // Minimum share and number of readings beyond the range: fewer are outliers.
   constexpr double kShare = 0.001;
@@ -428,7 +428,7 @@ std::vector<ImuFinding> DropDeniedRanges(std::span<const ImuSample> repaired,
         static_cast<double>(beyond) < kShare * static_cast<double>(repaired.size())) {
       return;
     }
-    findings.push_back({Kind::kRangeDenied, ImuSeverity::kWarning,
+    findings.push_back({Kind::kRangeExceeded, ImuSeverity::kWarning,
                         std::to_string(beyond) + " of " + std::to_string(repaired.size()) +
                             " readings of the " + name + " are beyond its range of " +
                             Rounded(calibration->*range) + " " + unit + ", the first at " +

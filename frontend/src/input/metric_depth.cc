@@ -13,14 +13,14 @@ namespace highwall {
 namespace {
 
 // Corrects a depth [m] whose inverse is too large by `offset` [1/m].
-float Mended(float z, double offset) {
+float Corrected(float z, double offset) {
   const double rest = 1.0 - offset * static_cast<double>(z);
   return rest > 0.0 ? static_cast<float>(static_cast<double>(z) / rest) : 0.0F;
 }
 
 // Subtracts the offset and the pattern [1/m] from the inverse depths of a row: between the columns
 // of nodes the pattern is linear.
-void MendRow(int v, double offset, const DepthPattern& pattern, cv::Mat* depth) {
+void CorrectRow(int v, double offset, const DepthPattern& pattern, cv::Mat* depth) {
   std::array<double, DepthPattern::kColumns> at_nodes{};
   const double step = (depth->cols - 1) / (at_nodes.size() - 1.0);  // [px]
   for (std::size_t i = 0; i < at_nodes.size(); ++i) {
@@ -31,7 +31,7 @@ void MendRow(int v, double offset, const DepthPattern& pattern, cv::Mat* depth) 
     const double x = step > 0.0 ? u / step : 0.0;
     const std::size_t left = std::min(static_cast<std::size_t>(x), at_nodes.size() - 2);
     const double share = x - static_cast<double>(left);
-    row[u] = Mended(row[u], (1.0 - share) * at_nodes[left] + share * at_nodes[left + 1]);
+    row[u] = Corrected(row[u], (1.0 - share) * at_nodes[left] + share * at_nodes[left + 1]);
   }
 }
 
@@ -48,10 +48,10 @@ cv::Mat MetricDepth(const cv::Mat& stored, double depth_factor, double inverse_d
   cv::Mat depth;
   stored.convertTo(depth, CV_32F, 1.0 / depth_factor);
   if (!pattern.IsZero()) {
-    for (int v = 0; v < depth.rows; ++v) MendRow(v, inverse_depth_offset, pattern, &depth);
+    for (int v = 0; v < depth.rows; ++v) CorrectRow(v, inverse_depth_offset, pattern, &depth);
   } else if (inverse_depth_offset != 0.0) {
     depth.forEach<float>(
-        [inverse_depth_offset](float& z, const int*) { z = Mended(z, inverse_depth_offset); });
+        [inverse_depth_offset](float& z, const int*) { z = Corrected(z, inverse_depth_offset); });
   }
   return depth;
 }

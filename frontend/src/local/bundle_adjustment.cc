@@ -16,7 +16,7 @@
 #include <highwall/core/prior.h>
 #include <highwall/factors/imu_factor.h>
 
-#include "map/carried_cost.h"
+#include "map/anchored_cost.h"
 #include "pose/pose_solver.h"
 
 namespace highwall {
@@ -117,7 +117,7 @@ class BundleAdjuster::Problem {
     gravity_ = graph_.AddVariable(gravity);
     graph_.AddFactor(std::make_unique<DirectionPrior>(gravity, kGravitySigma), *gravity_);
     for (const KeyFrameId id : ids) {
-      const std::optional<KeyFrameMotion>& motion = map.keyframe(id)->motion;
+      const std::optional<InertialState>& motion = map.keyframe(id)->motion;
       if (!motion || motion->previous == kNoId || !poses_.contains(motion->previous)) continue;
       AddMotion(map, id, *motion);
     }
@@ -129,7 +129,7 @@ class BundleAdjuster::Problem {
     if (ids.empty() || map.factors().all().empty()) return;
     world_ = map.Root(map.keyframe(ids.front())->submap);
     for (const MapFactor* factor : FactorsIn(map, world_)) {
-      auto cost = std::make_unique<CarriedCost>(*factor, model_.T_BC());
+      auto cost = std::make_unique<AnchoredCost>(*factor, model_.T_BC());
       std::vector<VariableId> variables;
       bool moves = false;
       for (const KeyFrameId id : cost->keyframes()) {
@@ -141,9 +141,9 @@ class BundleAdjuster::Problem {
       if (variables.size() < cost->keyframes().size() || !moves) continue;
       if (factor->frame != kNoId) variables.push_back(FrameAt(map, factor->frame, !all));
       own_.push_back(graph_.AddFactorToBlocks(std::move(cost), factor->loss, variables));
-      if (!graph_.FaultOf(own_.back()).empty()) SetAside({own_.back()});
+      if (!graph_.FaultOf(own_.back()).empty()) Exclude({own_.back()});
     }
-    report_.own_factors = static_cast<int>(own_.size());
+    report_.user_factors = static_cast<int>(own_.size());
   }
 
   // Adds every landmark observed by a keyframe of `ids`.
@@ -230,8 +230,8 @@ class BundleAdjuster::Problem {
                            [&](FactorId id) { return !graph_.FaultOf(id).empty(); });
       if (faulty.empty() && !summary.IsUsable()) faulty = own_;
       if (faulty.empty()) break;
-      SetAside(faulty);
-      report_.own_factors = static_cast<int>(own_.size());
+      Exclude(faulty);
+      report_.user_factors = static_cast<int>(own_.size());
       summary = Step(iterations, stopped);
     }
     return summary;
@@ -267,12 +267,12 @@ class BundleAdjuster::Problem {
   }
 
   // Removes user factors that cannot be evaluated.
-  void SetAside(const std::vector<FactorId>& faulty) {
+  void Exclude(const std::vector<FactorId>& faulty) {
     for (const FactorId& factor : faulty) {
       graph_.RemoveFactor(factor);
       std::erase(own_, factor);
     }
-    report_.own_factors_set_aside += static_cast<int>(faulty.size());
+    report_.user_factors_excluded += static_cast<int>(faulty.size());
   }
 
   // Removes the factors of outliers; Write() removes their observations from the map.
@@ -308,7 +308,7 @@ class BundleAdjuster::Problem {
   const Body& BodyAt(const Map& map, KeyFrameId id) {
     const auto found = bodies_.find(id);
     if (found != bodies_.end()) return found->second;
-    const KeyFrameMotion& motion = *map.keyframe(id)->motion;
+    const InertialState& motion = *map.keyframe(id)->motion;
     const Body body{graph_.AddVariable(motion.v_WB), graph_.AddVariable(motion.bias)};
     const bool first = motion.previous == kNoId || !poses_.contains(motion.previous);
     if (first) {
@@ -319,7 +319,7 @@ class BundleAdjuster::Problem {
     return bodies_.emplace(id, body).first->second;
   }
 
-  void AddMotion(const Map& map, KeyFrameId id, const KeyFrameMotion& motion) {
+  void AddMotion(const Map& map, KeyFrameId id, const InertialState& motion) {
     const Body& before = BodyAt(map, motion.previous);
     const Body& after = BodyAt(map, id);
     const ImuBias& bias = map.keyframe(motion.previous)->motion->bias;
@@ -339,7 +339,7 @@ class BundleAdjuster::Problem {
     if (fixed) {
       graph_.Fix(frame);
     } else if (map.factors().frame(id).upright) {
-      graph_.AddFactor(std::make_unique<UprightPrior>(UprightSigma(map, world_)), frame);
+      graph_.AddFactor(std::make_unique<GravityPrior>(UprightSigma(map, world_)), frame);
     }
     return frames_.emplace(id, frame).first->second;
   }

@@ -30,7 +30,7 @@ std::vector<Chain> Chains(const Map& map) {
   for (const KeyFrameId id : map.keyframe_ids()) {
     const KeyFrame* keyframe = map.keyframe(id);
     if (!keyframe->motion) continue;
-    const KeyFrameMotion& motion = *keyframe->motion;
+    const InertialState& motion = *keyframe->motion;
     const auto before = std::ranges::find_if(
         chains, [&](const Chain& chain) { return chain.back()->id == motion.previous; });
     if (motion.from_previous != nullptr && before != chains.end()) {

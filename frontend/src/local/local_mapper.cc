@@ -13,7 +13,7 @@
 #include "local/depthless_points.h"
 #include "map/covisibility.h"
 #include "map/landmark_fusion.h"
-#include "tracking/moving_objects.h"
+#include "tracking/dynamic_objects.h"
 
 namespace highwall {
 namespace {
@@ -71,7 +71,7 @@ LocalMapper::LocalMapper(const MeasurementModel& model, const LocalMapperOptions
 LocalMapper::~LocalMapper() = default;
 
 LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map& map,
-                                               std::optional<KeyFrameMotion> motion) {
+                                               std::optional<InertialState> motion) {
   Finish(&map);
   LocalMappingReport report;
   const Landmarks left = CullKeyFrames(map, report);

@@ -34,7 +34,7 @@ class LocalMapper {
   // Applies the previous keyframe's adjustment first, unless Finish() has done so. motion: of the
   // body, if an IMU estimates it.
   LocalMappingReport InsertKeyFrame(const TrackedFrame& tracked, Map& map,
-                                    std::optional<KeyFrameMotion> motion = std::nullopt);
+                                    std::optional<InertialState> motion = std::nullopt);
 
   // Returns whether an adjustment is done and waits to be applied.
   bool HasResult() const;

@@ -132,7 +132,7 @@ bool FitsItsNoise(const PoseGraph& graph) {
 class FactorAdjuster::Job {
  public:
   Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, KeyFrameMoves moves,
-      const OwnFactorOptions& options, const KeyFrameGraphOptions& graph)
+      const UserFactorOptions& options, const KeyFrameGraphOptions& graph)
       : map_(std::move(map)),
         submap_(submap),
         all_(CountIn(map_, submap)),
@@ -181,11 +181,11 @@ class FactorAdjuster::Job {
     KeyFrameGraph graph = MakeKeyFrameGraph(map_, loops_, graph_, submap_);
     report_.keyframes = static_cast<int>(graph.keyframes.size());
     report_.factors = static_cast<int>(graph.graph.factors.size());
-    report_.set_aside = graph.set_aside;
+    report_.excluded = graph.excluded;
     report_.fault = graph.fault;
     if (graph.graph.factors.empty()) {
-      report_.message = graph.set_aside > 0 ? "no factor can be evaluated: " + graph.fault
-                                            : "where the factors' frame lies is not known yet";
+      report_.message = graph.excluded > 0 ? "no factor can be evaluated: " + graph.fault
+                                           : "where the factors' frame lies is not known yet";
       return;
     }
     TakeOutMoves(&graph);
@@ -250,14 +250,14 @@ class FactorAdjuster::Job {
   const std::size_t all_;
   const std::vector<LoopEdge> loops_;
   KeyFrameMoves moves_;
-  const OwnFactorOptions options_;
+  const UserFactorOptions options_;
   const KeyFrameGraphOptions graph_;
   FactorAdjustmentReport report_;
   MapCorrection correction_;
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
-FactorAdjuster::FactorAdjuster(const OwnFactorOptions& options, const KeyFrameGraphOptions& graph)
+FactorAdjuster::FactorAdjuster(const UserFactorOptions& options, const KeyFrameGraphOptions& graph)
     : options_((options.Validate(), options)), graph_(graph) {}
 
 FactorAdjuster::~FactorAdjuster() = default;

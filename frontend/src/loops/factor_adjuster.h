@@ -14,7 +14,7 @@
 
 namespace highwall {
 
-// Adjusts all keyframes of a world to the user (external) factors (OwnFactors): estimates the
+// Adjusts all keyframes of a world to the user (external) factors (UserFactors): estimates the
 // frames they are measured in, and solves the pose graph of keyframes, loops, frames and factors.
 // Local adjustments move a few keyframes against earlier ones, and would not stop a slowly growing
 // error.
@@ -24,7 +24,7 @@ namespace highwall {
 // the map would gradually follow their noise.
 class FactorAdjuster {
  public:
-  FactorAdjuster(const OwnFactorOptions& options, const KeyFrameGraphOptions& graph);
+  FactorAdjuster(const UserFactorOptions& options, const KeyFrameGraphOptions& graph);
   // Cancels work that has not ended.
   ~FactorAdjuster();
   FactorAdjuster(const FactorAdjuster&) = delete;
@@ -52,7 +52,7 @@ class FactorAdjuster {
   class Job;
   bool Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops, std::size_t enough);
 
-  const OwnFactorOptions options_;
+  const UserFactorOptions options_;
   const KeyFrameGraphOptions graph_;
   // Number of factors in the last adjustment, by the root of their world.
   std::map<SubmapId, std::size_t> adjusted_;

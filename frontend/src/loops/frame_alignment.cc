@@ -14,7 +14,7 @@
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/prior.h>
 
-#include "map/carried_cost.h"
+#include "map/anchored_cost.h"
 
 namespace highwall {
 namespace {
@@ -26,7 +26,7 @@ constexpr int kHeadings = 8;  // initial values of the search
 std::vector<const MapFactor*> FactorsOf(const Map& map, ReferenceFrameId frame, SubmapId submap) {
   std::vector<const MapFactor*> all, some;
   for (const MapFactor& factor : map.factors().all()) {
-    const bool inside = std::ranges::all_of(factor.poses, [&](const CarriedPose& pose) {
+    const bool inside = std::ranges::all_of(factor.poses, [&](const AnchoredBodyPose& pose) {
       return map.Root(map.keyframe(pose.keyframe)->submap) == map.Root(submap);
     });
     if (factor.frame == frame && inside) all.push_back(&factor);
@@ -42,14 +42,14 @@ class Alignment {
   Alignment(const Map& map, ReferenceFrameId frame, SubmapId submap)
       : upright_(map.factors().frame(frame).upright), T_FW_(graph_.AddVariable(Pose())) {
     for (const MapFactor* factor : FactorsOf(map, frame, submap)) {
-      auto cost = std::make_shared<CarriedCost>(*factor, Pose());
+      auto cost = std::make_shared<AnchoredCost>(*factor, Pose());
       std::vector<VariableId> variables;
       for (const KeyFrameId id : cost->keyframes()) variables.push_back(PoseOf(map, id));
       variables.push_back(T_FW_);
       factors_.push_back({cost, factor->loss, std::move(variables), {}});
     }
     if (upright_) {
-      graph_.AddFactor(std::make_unique<UprightPrior>(UprightSigma(map, submap)), T_FW_);
+      graph_.AddFactor(std::make_unique<GravityPrior>(UprightSigma(map, submap)), T_FW_);
     }
   }
 
@@ -58,7 +58,7 @@ class Alignment {
   // Solves from all headings and keeps the best. First without losses, whose gradient vanishes far
   // away.
   bool Solve() {
-    SetAside();
+    ExcludeFaulty();
     if (IsEmpty()) return false;
     std::optional<Pose> best;
     double least = std::numeric_limits<double>::infinity();
@@ -96,7 +96,7 @@ class Alignment {
     return Pose::FromTangent({0, 0, 0}, {0, 0, 2.0 * M_PI * i / kHeadings});
   }
   // Removes factors that cannot be evaluated at any of the headings: every solution would fail.
-  void SetAside() {
+  void ExcludeFaulty() {
     Add(/*robust=*/false);
     std::vector<int> faults(factors_.size(), 0);
     for (int i = 0; i < kHeadings; ++i) {

@@ -15,7 +15,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/internal/cost_fault.h>
 
-#include "map/carried_cost.h"
+#include "map/anchored_cost.h"
 
 namespace highwall {
 namespace {
@@ -71,7 +71,7 @@ std::int64_t NodeOfFrame(const KeyFrameGraph& graph, std::size_t frame) {
 void AddFactors(const Map& map, SubmapId submap, KeyFrameGraph* result) {
   PoseGraph& graph = result->graph;
   for (const MapFactor* factor : FactorsIn(map, submap)) {
-    auto cost = std::make_shared<CarriedCost>(*factor, Pose());
+    auto cost = std::make_shared<AnchoredCost>(*factor, Pose());
     PoseGraphFactor added{{}, cost, factor->loss};
     for (const KeyFrameId id : cost->keyframes()) added.nodes.push_back(result->NodeOf(id));
     if (const ReferenceFrameId id = factor->frame; id != kNoId) {
@@ -80,7 +80,7 @@ void AddFactors(const Map& map, SubmapId submap, KeyFrameGraph* result) {
         graph.nodes.push_back({node, *map.factors().T_FW(id, map.Root(submap))});
         if (map.factors().frame(id).upright) {
           graph.factors.push_back(
-              {{node}, std::make_shared<UprightPrior>(UprightSigma(map, submap))});
+              {{node}, std::make_shared<GravityPrior>(UprightSigma(map, submap))});
         }
       }
       added.nodes.push_back(node);
@@ -93,7 +93,7 @@ void AddFactors(const Map& map, SubmapId submap, KeyFrameGraph* result) {
       blocks.push_back(graph.nodes[result->frames.at(factor->frame)].pose.data());
     }
     if (std::string fault = internal::FaultOf(*cost, blocks); !fault.empty()) {
-      if (result->set_aside++ == 0) result->fault = std::move(fault);
+      if (result->excluded++ == 0) result->fault = std::move(fault);
       continue;
     }
     graph.factors.push_back(std::move(added));
@@ -104,7 +104,8 @@ void AddFactors(const Map& map, SubmapId submap, KeyFrameGraph* result) {
 // graph, or are neighbours by now, which odometry connects.
 std::optional<LoopEdge> Carried(const Map& map, const LoopEdge& loop,
                                 const std::vector<KeyFrameId>& keyframes) {
-  const auto match = map.LiveKeyFrameOf(loop.match), keyframe = map.LiveKeyFrameOf(loop.keyframe);
+  const auto match = map.ActiveKeyFrameOf(loop.match),
+             keyframe = map.ActiveKeyFrameOf(loop.keyframe);
   if (!match || !keyframe) return std::nullopt;
   const auto i = std::ranges::lower_bound(keyframes, match->first);
   const auto j = std::ranges::lower_bound(keyframes, keyframe->first);

@@ -20,7 +20,7 @@ struct KeyFrameGraph {
   std::vector<std::size_t> loop_edges;  // indices in graph.edges of the loops in their order
   // Indices in graph.nodes of the frames, T_FW, in which the user factors are measured.
   std::map<ReferenceFrameId, std::size_t> frames{};
-  int set_aside = 0;    // user factors that cannot be evaluated at these poses
+  int excluded = 0;     // user factors that cannot be evaluated at these poses
   std::string fault{};  // the reason of the first of them
 
   // Throws InvalidArgument if there is no such keyframe.

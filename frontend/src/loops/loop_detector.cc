@@ -124,7 +124,7 @@ std::optional<Loop> LoopDetector::DetectMerge(const Map& map, KeyFrameId keyfram
     auto found = FindPlace(map, keyframe, candidate);
     if (!found) continue;
     const bool beyond_doubt =
-        found->support >= options_.overwhelming * options_.min_support && found->share >= 1.0;
+        found->support >= options_.decisive_ratio * options_.min_support && found->share >= 1.0;
     const bool agreed = Agrees(map, found->loop.edge);
     if (!beyond_doubt && !agreed) return std::nullopt;  // not yet
     if (Contradicts(map, found->loop.edge)) return std::nullopt;
@@ -263,8 +263,9 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
   const int support = static_cast<int>(Support(found->points.size(), found->lines.size()));
   const double own = map.keyframe(id)->found;
   const double share = support / in_view / (own > 0.0 ? own : kUsuallyFound);
-  const double bound =
-      map.RootOf(id) == map.RootOf(candidate) ? options_.min_found : options_.min_found_apart;
+  const double bound = map.RootOf(id) == map.RootOf(candidate)
+                           ? options_.min_found
+                           : options_.min_match_ratio_across_submaps;
   if (share < bound) {
     Refuse(edge(), "share of the landmarks in view that it finds, against its own surroundings, " +
                        FixedText(share) + ", is below " + FixedText(bound));

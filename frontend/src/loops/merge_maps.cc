@@ -5,8 +5,8 @@
 #include <utility>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/map/feature_type_mismatch.h>
 #include <highwall/frontend/map/measurement_model.h>
-#include <highwall/frontend/map/point_kind_clash.h>
 
 #include "local/bundle_adjustment.h"
 #include "loops/loop_closer.h"
@@ -28,7 +28,7 @@ void RequireOneKind(const std::vector<Map>& maps) {
   for (const Map& map : maps) {
     if (map.num_keyframes() == 0) continue;
     if (first == nullptr) first = &map;
-    if (const auto clash = FindClash(*first, map)) {
+    if (const auto clash = FindMismatch(*first, map)) {
       throw InvalidArgument("MergeMaps: the points of one map are by " + clash->first +
                             ", those of another by " + clash->second);
     }
@@ -108,7 +108,7 @@ MergedMaps MergeMaps(const RgbdSensor& sensor, std::vector<Map> maps,
   RequireOneKind(maps);
   MergedMaps merged = Collect(std::move(maps));
   const MeasurementModel model(sensor, options.measurement, Pose(),
-                               merged.map.point_kind().pyramid);
+                               merged.map.feature_type().pyramid);
   std::vector<KeyFrameId> later;
   const auto first =
       std::ranges::find_if(merged.keyframes, [](const auto& m) { return !m.empty(); });

@@ -24,8 +24,8 @@ void DepthPatternOptions::Validate() const {
   RequireInRange(*this, "DepthPatternOptions");
 }
 
-void OwnFactorOptions::Validate() const {
-  RequireInRange(*this, "OwnFactorOptions");
+void UserFactorOptions::Validate() const {
+  RequireInRange(*this, "UserFactorOptions");
 }
 
 }  // namespace highwall

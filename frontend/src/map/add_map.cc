@@ -44,7 +44,7 @@ void AddFactors(const Map& other, const Submaps& submaps, const KeyFrames& keyfr
     }
   }
   for (MapFactor factor : other.factors().all()) {
-    for (CarriedPose& pose : factor.poses) pose.keyframe = keyframes.at(pose.keyframe);
+    for (AnchoredBodyPose& pose : factor.poses) pose.keyframe = keyframes.at(pose.keyframe);
     if (factor.frame != kNoId) factor.frame = frames.at(factor.frame);
     map->AddFactor(std::move(factor));
   }

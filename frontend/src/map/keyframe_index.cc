@@ -47,18 +47,18 @@ std::uint32_t Key(const std::uint8_t* descriptor, std::size_t table) {
   return Sample(descriptor, kSignatureBits + kKeyBits * static_cast<int>(table), kKeyBits);
 }
 
-// Appends to `alike` the keyframes of a bucket whose signature is similar and whose last voter is
+// Appends to `similar` the keyframes of a bucket whose signature is similar and whose last voter is
 // not `voter`, and makes `voter` their last. Clones: queries spend their time on counting bits.
 HIGHWALL_TARGET_CLONES("popcnt", "default")
-void AppendAlike(const std::vector<DescriptorTables::Posting>& bucket, std::uint32_t signature,
-                 int max_bits, int voter, std::vector<int>* last_voter,
-                 std::vector<KeyFrameId>* alike) {
+void AppendSimilar(const std::vector<DescriptorTables::Posting>& bucket, std::uint32_t signature,
+                   int max_bits, int voter, std::vector<int>* last_voter,
+                   std::vector<KeyFrameId>* similar) {
   for (const DescriptorTables::Posting& posting : bucket) {
     if (std::popcount(posting.signature ^ signature) > max_bits) continue;
     int& last = (*last_voter)[posting.keyframe.index()];
     if (last == voter) continue;
     last = voter;
-    alike->push_back(posting.keyframe);
+    similar->push_back(posting.keyframe);
   }
 }
 
@@ -91,19 +91,19 @@ double DescriptorTables::Vote(const cv::Mat& descriptors, int max_signature_bits
                               std::size_t keyframes, std::vector<double>* votes) const {
   const double most = std::log(static_cast<double>(keyframes + 1));
   std::vector<int> last_voter(votes->size(), -1);  // a descriptor votes once per keyframe
-  std::vector<KeyFrameId> alike;
+  std::vector<KeyFrameId> similar;
   for (int i = 0; i < descriptors.rows; ++i) {
     const std::uint8_t* const descriptor = descriptors.ptr(i);
     const std::uint32_t signature = Signature(descriptor);
-    alike.clear();
+    similar.clear();
     for (std::size_t t = 0; t < tables_.size(); ++t) {
       const auto bucket = tables_[t].find(Key(descriptor, t));
       if (bucket == tables_[t].end()) continue;
-      AppendAlike(bucket->second, signature, max_signature_bits, i, &last_voter, &alike);
+      AppendSimilar(bucket->second, signature, max_signature_bits, i, &last_voter, &similar);
     }
-    if (alike.empty()) continue;
-    const double vote = weight * (most - std::log(static_cast<double>(alike.size())));
-    for (const KeyFrameId id : alike) (*votes)[id.index()] += vote;
+    if (similar.empty()) continue;
+    const double vote = weight * (most - std::log(static_cast<double>(similar.size())));
+    for (const KeyFrameId id : similar) (*votes)[id.index()] += vote;
   }
   return weight * most * descriptors.rows;
 }

@@ -131,8 +131,8 @@ Map Map::Clone() const {
   clone.lines_ = lines_;
   clone.removed_ = removed_;
   clone.submaps_ = submaps_;
-  clone.point_kind_ = point_kind_;
-  clone.knows_point_kind_ = knows_point_kind_;
+  clone.feature_type_ = feature_type_;
+  clone.knows_feature_type_ = knows_feature_type_;
   clone.factors_ = factors_;
   return clone;
 }
@@ -140,8 +140,8 @@ Map Map::Clone() const {
 Map Map::CloneOf(std::span<const KeyFrameId> keyframes) const {
   Map clone;
   clone.submaps_ = submaps_;
-  clone.point_kind_ = point_kind_;
-  clone.knows_point_kind_ = knows_point_kind_;
+  clone.feature_type_ = feature_type_;
+  clone.knows_feature_type_ = knows_feature_type_;
   for (const KeyFrameId id : keyframes) clone.keyframes_.Put(*keyframe(id));
   const auto is_elsewhere = [&](const Observation& o) {
     return clone.keyframe(o.keyframe) == nullptr;
@@ -291,7 +291,7 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
   for (const PointId p : points) ForgetPointObservation(id, p);
   for (const LineId l : lines) ForgetLineObservation(id, l);
   if (KeyFrame* next = Successor(id)) {
-    KeyFrameMotion& motion = *next->motion;
+    InertialState& motion = *next->motion;
     const bool tied = kf->motion && kf->motion->previous != kNoId;
     motion.previous = tied ? kf->motion->previous : kNoId;
     if (tied) {
@@ -339,7 +339,7 @@ Pose Map::ResolvePose(KeyFrameId id) const {
   return live->T_WC * T;
 }
 
-std::optional<std::pair<KeyFrameId, Pose>> Map::LiveKeyFrameOf(KeyFrameId id) const {
+std::optional<std::pair<KeyFrameId, Pose>> Map::ActiveKeyFrameOf(KeyFrameId id) const {
   Pose T;
   const KeyFrame* const live = Resolve(id, &T);
   return live != nullptr ? std::optional(std::pair(live->id, T)) : std::nullopt;
@@ -352,7 +352,7 @@ std::optional<SubmapId> Map::RootOf(KeyFrameId id) const {
 }
 
 bool Map::AddFactor(MapFactor factor) {
-  for (CarriedPose& pose : factor.poses) {
+  for (AnchoredBodyPose& pose : factor.poses) {
     Pose T_live_K;
     const KeyFrame* const live = Resolve(pose.keyframe, &T_live_K);
     if (live == nullptr) return false;

@@ -33,7 +33,7 @@ bool AreBelievable(const Eigen::Vector3d& p_G, const Eigen::Vector3d& lever_arm,
 
 void WriteFrames(MapWriter& writer, const Map& map,
                  const std::map<SubmapId, std::int32_t>& submaps) {
-  const OwnFactors& factors = map.factors();
+  const UserFactors& factors = map.factors();
   const std::vector<SubmapId> roots = map.roots();
   writer(static_cast<std::uint32_t>(factors.frames().size()));
   for (const ReferenceFrameId id : factors.frames()) {
@@ -65,9 +65,9 @@ void ReadFrames(MapReader& reader, std::uint32_t submaps, Map* map) {
 
 MapFactor ReadFactor(MapReader& reader, const Map& map) {
   MapFactor factor;
-  CarriedPose pose;
+  AnchoredBodyPose pose;
   reader(pose.keyframe);
-  reader.Require(map.keyframe(pose.keyframe) != nullptr, "a factor hangs on no keyframe");
+  reader.Require(map.keyframe(pose.keyframe) != nullptr, "a factor has no keyframe as its anchor");
   pose.T_KB = ReadPose(reader, "a factor's pose is none");
   factor.poses.push_back(pose);
   reader(factor.frame);

@@ -175,18 +175,18 @@ void KindFields(Archive& archive, Kind& kind) {
   archive(kind.columns);
   archive(kind.pyramid.levels);
   archive(kind.pyramid.scale_factor);
-  archive(kind.faint_response);
+  archive(kind.low_contrast_response);
 }
 
-void WriteKind(MapWriter& writer, const PointKind& kind) {
+void WriteKind(MapWriter& writer, const FeatureType& kind) {
   writer(static_cast<std::uint32_t>(kind.name.size()));
   writer.Bytes(kind.name.data(), kind.name.size());
   writer(kind.descriptor == DescriptorType::kFloat);
   KindFields(writer, kind);
 }
 
-PointKind ReadKind(MapReader& reader) {
-  PointKind kind;
+FeatureType ReadKind(MapReader& reader) {
+  FeatureType kind;
   kind.name = reader.String();
   bool is_float = false;
   reader(is_float);
@@ -382,7 +382,7 @@ std::uint32_t ReadSubmaps(MapReader& reader, Map& map) {
 std::string Encode(const PinholeCamera& camera, const Map& map) {
   MapWriter writer;
   Fields(writer, camera);
-  WriteKind(writer, map.point_kind());
+  WriteKind(writer, map.feature_type());
   const std::map<SubmapId, std::int32_t> submaps = WriteSubmaps(writer, map);
   std::unordered_map<KeyFrameId, std::int32_t> ranks;
   writer(static_cast<std::uint32_t>(map.num_keyframes()));
@@ -410,7 +410,7 @@ SavedMap Decode(MapReader& reader, std::uint32_t version) {
   Fields(reader, saved.camera);
   Check(reader, saved.camera);
   Map& map = saved.map;
-  if (version >= kFirstWithKind) map.SetPointKind(ReadKind(reader));
+  if (version >= kFirstWithKind) map.SetFeatureType(ReadKind(reader));
   const cv::Size grid_size = DepthGrid::SizeFor(saved.camera);
   const bool has_submaps = version >= kFirstWithSubmaps;
   const std::uint32_t submaps = has_submaps ? ReadSubmaps(reader, map) : 1;

@@ -9,12 +9,12 @@
 
 namespace highwall {
 
-std::vector<OpenDirection> FindOpenDirections(const Eigen::Matrix<double, 6, 6>& information,
-                                              const Pose& T_WC, double depth,
-                                              const DegeneracyOptions& options) {
+std::vector<UnobservableDirection> FindUnobservableDirections(
+    const Eigen::Matrix<double, 6, 6>& information, const Pose& T_WC, double depth,
+    const DegeneracyOptions& options) {
   HIGHWALL_REQUIRE(std::isfinite(depth) && depth > 0.0,
-                   "FindOpenDirections: depth must be positive");
-  HIGHWALL_REQUIRE(information.allFinite(), "FindOpenDirections: non-finite information");
+                   "FindUnobservableDirections: depth must be positive");
+  HIGHWALL_REQUIRE(information.allFinite(), "FindUnobservableDirections: non-finite information");
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   // From metres in C to the tangent: position in W, rotation in C.
   Matrix6 S = Matrix6::Zero();
@@ -24,7 +24,7 @@ std::vector<OpenDirection> FindOpenDirections(const Eigen::Matrix<double, 6, 6>&
   const double least = 1.0 / (options.max_sigma * options.max_sigma);
   // Threshold of rounding errors.
   const double nothing = 1e-14 * eigen.eigenvalues()(5);
-  std::vector<OpenDirection> open;
+  std::vector<UnobservableDirection> open;
   for (int i = 0; i < 6; ++i) {
     const double h = eigen.eigenvalues()(i);
     if (h >= least) break;  // in ascending order

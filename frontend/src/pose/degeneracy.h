@@ -16,8 +16,8 @@ namespace highwall {
 // distance. Throws InvalidArgument if depth is not positive or the information not finite.
 // Source: eigenvalues as in Zhang, Kaess, Singh, "On degeneracy of optimization-based state
 // estimation problems", ICRA 2016, section IV, here of whitened rows: their inverses are variances.
-std::vector<OpenDirection> FindOpenDirections(const Eigen::Matrix<double, 6, 6>& information,
-                                              const Pose& T_WC, double depth,
-                                              const DegeneracyOptions& options = {});
+std::vector<UnobservableDirection> FindUnobservableDirections(
+    const Eigen::Matrix<double, 6, 6>& information, const Pose& T_WC, double depth,
+    const DegeneracyOptions& options = {});
 
 }  // namespace highwall

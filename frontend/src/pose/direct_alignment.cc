@@ -356,8 +356,8 @@ std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& referen
   Matrix6 to_R = Matrix6::Identity();
   to_R.topLeftCorner<3, 3>() = T_WR.R().transpose();
   const Matrix6 information = to_R.transpose() * alignment.information() * to_R / kSharedNoise;
-  KnownPose known{T_WR * alignment.T_RC()};
-  if (!FindOpenDirections(information, known.T_WC, depth, {.max_sigma = options_.max_sigma})
+  PoseConstraint known{T_WR * alignment.T_RC()};
+  if (!FindUnobservableDirections(information, known.T_WC, depth, {.max_sigma = options_.max_sigma})
            .empty()) {
     return std::nullopt;
   }

@@ -11,12 +11,12 @@
 #include <highwall/frontend/pose/options.h>
 
 #include "features/depth_grid.h"
-#include "pose/known_pose.h"
+#include "pose/pose_constraint.h"
 
 namespace highwall {
 
 struct DirectAlignment {
-  KnownPose pose;
+  PoseConstraint pose;
   double depth = 0.0;  // [m] median of the frame's
 };
 

@@ -92,7 +92,7 @@ class PoseProblem {
 
   PoseProblem(const Pose& T_start, const RgbdProjection& projection,
               std::span<const PosePoint> points, std::span<const PoseLine> lines,
-              const PoseSolverOptions& options, const KnownPose* known,
+              const PoseSolverOptions& options, const PoseConstraint* known,
               std::span<const PointToPlaneRow> planes)
       : T_start_(T_start),
         projection_(projection),
@@ -313,7 +313,7 @@ class PoseProblem {
   std::span<const PosePoint> points_;
   std::span<const PoseLine> lines_;
   const PoseSolverOptions& options_;
-  const KnownPose* known_;
+  const PoseConstraint* known_;
   std::span<const PointToPlaneRow> planes_;
   bool pixels_first_ = false;
   std::vector<int> point_rows_;  // 0: outlier, 2: without depth, 3: with depth
@@ -367,7 +367,7 @@ PoseSolution Solution(const PoseProblem& problem, const Pose& T_WC) {
 std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
                                       std::span<const PosePoint> points,
                                       std::span<const PoseLine> lines,
-                                      const PoseSolverOptions& options, const KnownPose* known,
+                                      const PoseSolverOptions& options, const PoseConstraint* known,
                                       std::span<const PointToPlaneRow> planes) {
   PoseProblem problem(T_WC, projection, points, lines, options, known, planes);
   for (const bool pixels_first : {false, true}) {

@@ -14,7 +14,7 @@
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/pose/options.h>
 
-#include "pose/known_pose.h"
+#include "pose/pose_constraint.h"
 
 namespace highwall {
 
@@ -61,7 +61,7 @@ std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& pr
                                       std::span<const PosePoint> points,
                                       std::span<const PoseLine> lines,
                                       const PoseSolverOptions& options = {},
-                                      const KnownPose* known = nullptr,
+                                      const PoseConstraint* known = nullptr,
                                       std::span<const PointToPlaneRow> planes = {});
 
 // Returns the part of line_C [m] between the undistorted pixels s and e: each end is the point of

@@ -15,7 +15,7 @@ bool MoveKeyframes(const std::vector<LoopReport>& loops) {
 }
 
 void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image, bool moved) {
-  const bool levelled = result.inertial && result.inertial->T_level;
+  const bool levelled = result.inertial && result.inertial->T_gravity;
   const bool follows_factors = result.factors && result.factors->accepted;
   moved |= levelled || follows_factors || result.drops_submap || MoveKeyframes(result.loops);
   Collect(result, image, moved);  // first: a callback may throw
@@ -41,7 +41,7 @@ void SlamSystem::Impl::NotifyMoved() const {
 }
 
 KeyframeRelease::MaskOf SlamSystem::Impl::DynamicMasks() const {
-  return [this](KeyFrameId id) { return MovingIn(id); };
+  return [this](KeyFrameId id) { return DynamicMaskOf(id); };
 }
 
 void SlamSystem::Impl::Collect(const FrameResult& result, const RgbdImage& image, bool moved) {

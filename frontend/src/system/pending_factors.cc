@@ -21,7 +21,7 @@ std::optional<MapFactor> PendingFactors::MakeFactor(const PoseFactor& factor,
                                                     const Map& map) const {
   MapFactor made{{}, factor.frame, factor.cost, factor.loss};
   for (const Stamp stamp : factor.stamps) {
-    const std::optional<CarriedPose> pose = PoseAt(stamp, frames, map);
+    const std::optional<AnchoredBodyPose> pose = PoseAt(stamp, frames, map);
     if (!pose) return std::nullopt;
     if (!made.poses.empty() && map.RootOf(pose->keyframe) != map.RootOf(made.poses[0].keyframe)) {
       return std::nullopt;
@@ -31,14 +31,14 @@ std::optional<MapFactor> PendingFactors::MakeFactor(const PoseFactor& factor,
   return made;
 }
 
-std::optional<CarriedPose> PendingFactors::PoseAt(Stamp stamp,
-                                                  const std::vector<PosedFrame>& frames,
-                                                  const Map& map) const {
+std::optional<AnchoredBodyPose> PendingFactors::PoseAt(Stamp stamp,
+                                                       const std::vector<PosedFrame>& frames,
+                                                       const Map& map) const {
   const auto after =
       std::ranges::lower_bound(frames, stamp, {}, [](const PosedFrame& f) { return f.stamp; });
   if (after == frames.end()) return std::nullopt;
   if (after->stamp == stamp) {
-    return CarriedPose{after->pose.reference, after->pose.T_reference_C * T_CB_};
+    return AnchoredBodyPose{after->pose.reference, after->pose.T_reference_C * T_CB_};
   }
   if (after == frames.begin()) return std::nullopt;
   const PosedFrame& before = *std::prev(after);
@@ -51,7 +51,7 @@ std::optional<CarriedPose> PendingFactors::PoseAt(Stamp stamp,
   const Pose T_WC(a.q().slerp(share, b.q()), a.p() + share * (b.p() - a.p()));
   const AnchoredPose pose =
       AnchoredPose::At(map, (share < 0.5 ? before : *after).pose.reference, T_WC);
-  return CarriedPose{pose.reference, pose.T_reference_C * T_CB_};
+  return AnchoredBodyPose{pose.reference, pose.T_reference_C * T_CB_};
 }
 
 }  // namespace highwall

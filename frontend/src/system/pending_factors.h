@@ -17,7 +17,7 @@ namespace highwall {
 // it, is anchored to the keyframe of the nearer one.
 class PendingFactors {
  public:
-  // T_CB: pose of the body in the camera. max_gap [s]: that of OwnFactorOptions.
+  // T_CB: pose of the body in the camera. max_gap [s]: that of UserFactorOptions.
   PendingFactors(const Pose& T_CB, double max_gap) : T_CB_(T_CB), max_gap_(max_gap) {}
 
   // Applies to poses determined from now on.
@@ -35,8 +35,8 @@ class PendingFactors {
  private:
   std::optional<MapFactor> MakeFactor(const PoseFactor& factor,
                                       const std::vector<PosedFrame>& frames, const Map& map) const;
-  std::optional<CarriedPose> PoseAt(Stamp stamp, const std::vector<PosedFrame>& frames,
-                                    const Map& map) const;
+  std::optional<AnchoredBodyPose> PoseAt(Stamp stamp, const std::vector<PosedFrame>& frames,
+                                         const Map& map) const;
 
   Pose T_CB_;
   const double max_gap_;

@@ -46,8 +46,8 @@ FrameResult SlamSystem::Track(const RgbdImage& image) {
   return impl_->Track(image);
 }
 
-cv::Mat SlamSystem::MovingIn(KeyFrameId keyframe) const {
-  return impl_->MovingIn(keyframe);
+cv::Mat SlamSystem::DynamicMaskOf(KeyFrameId keyframe) const {
+  return impl_->DynamicMaskOf(keyframe);
 }
 
 cv::Mat SlamSystem::CorrectedDepth(KeyFrameId keyframe, const cv::Mat& depth) const {

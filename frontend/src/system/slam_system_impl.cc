@@ -12,7 +12,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/features/depth_correction.h>
-#include <highwall/frontend/map/point_kind_clash.h>
+#include <highwall/frontend/map/feature_type_mismatch.h>
 #include <highwall/internal/stopwatch.h>
 
 #include "features/row_times.h"
@@ -37,7 +37,8 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
                        std::shared_ptr<PointExtractor> points)
     : options_((options.Validate(), options)),
       builder_(sensor, options.frame, std::move(points)),
-      model_(sensor, options.measurement, imu ? imu->T_BC : Pose(), builder_.point_kind().pyramid),
+      model_(sensor, options.measurement, imu ? imu->T_BC : Pose(),
+             builder_.feature_type().pyramid),
       tracker_(model_, options.tracker, sensor.timing),
       policy_(options.keyframes),
       refiner_(model_, sensor.camera, options.refinement, options.tracker),
@@ -51,12 +52,12 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
   if (imu) inertial_.emplace(*imu, options.inertial, model_);
   factor_adjuster_.Adopt(map_);
   const auto ids = map_.keyframe_ids();
-  const PointKind& kind = builder_.point_kind();
-  if (const auto clash = FindClash(map_, kind); clash && !ids.empty()) {
+  const FeatureType& kind = builder_.feature_type();
+  if (const auto clash = FindMismatch(map_, kind); clash && !ids.empty()) {
     throw InvalidArgument("SlamSystem: the points of the map are by " + clash->first +
                           ", those of its images would be by " + clash->second);
   }
-  map_.SetPointKind(kind);
+  map_.SetFeatureType(kind);
   HIGHWALL_REQUIRE(!options.localize_only || (!ids.empty() && !imu),
                    "SlamOptions::localize_only needs a map, and works without an IMU");
   if (!ids.empty()) {
@@ -113,14 +114,14 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   if (!metric_) metric_ = IsMetric(image.depth);
   result.repeated = Repeats(image);
   // Before this image's depth is corrected: no keyframe must be made with a partial correction.
-  const bool mended = MendDepth(result);
+  const bool corrected = CorrectDepth(result);
   // Figure 2 of Xiao et al. 2025: tracking (section 3: points, lines, IMU), local mapping, loops.
   RgbdImage at_once = image;
   const Frame frame = Extract(&at_once, result);
   const Stopwatch watch;
   ApplyResults(result);
-  result.times.loops += watch.Milliseconds();
-  TrackedFrame tracked = result.repeated ? GoOn(frame, result) : Estimate(frame, result);
+  result.times.loops += watch.TimingStatistics();
+  TrackedFrame tracked = result.repeated ? Extrapolate(frame, result) : Estimate(frame, result);
   if (!result.repeated && !options_.localize_only && WantsKeyFrame(tracked)) {
     InsertKeyFrame(tracked, result);
     LookForLoop(tracked, result);
@@ -132,11 +133,11 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   Report(tracked, result);
   RefineFrames(result);
   pending_.Attach(tracked_, &map_);
-  Notify(result, at_once, mended);
+  Notify(result, at_once, corrected);
   return result;
 }
 
-bool SlamSystem::Impl::MendDepth(FrameResult& result) {
+bool SlamSystem::Impl::CorrectDepth(FrameResult& result) {
   // A loop that is being closed would be closed with the uncorrected depth.
   if (!depth_pattern_.HasResult() || !loop_closer_.IsIdle()) return false;
   const Stopwatch watch;
@@ -147,14 +148,14 @@ bool SlamSystem::Impl::MendDepth(FrameResult& result) {
     found = depth_pattern_.Finish(&map_);
   });
   if (found) factor_adjuster_.Cancel();
-  result.times.loops += watch.Milliseconds();
+  result.times.loops += watch.TimingStatistics();
   return found;
 }
 
-FrameBuilder::DepthChange SlamSystem::Impl::ToOneTime(const RgbdImage& image) const {
+FrameBuilder::DepthChange SlamSystem::Impl::CompensateRollingShutter(const RgbdImage& image) const {
   DepthCorrection correction{.pattern = depth_pattern_.pattern()};
   if (options_.tracker.timing != FrameTimingMode::kIgnored) {
-    std::optional<KnownPose> predicted;
+    std::optional<PoseConstraint> predicted;
     if (inertial_) predicted = inertial_->Predict(image.stamp);
     correction.motion = tracker_.Motion(predicted ? &*predicted : nullptr);
     correction.timing = tracker_.timing();
@@ -185,8 +186,8 @@ Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
     return {next_index_++, image->stamp, std::make_shared<const FrameFeatures>()};
   }
   FrameBuilderTimes builder_times;
-  const auto features = builder_.Build(image, ToOneTime(*image), &builder_times);
-  result.times.features = watch.Milliseconds();
+  const auto features = builder_.Build(image, CompensateRollingShutter(*image), &builder_times);
+  result.times.features = watch.TimingStatistics();
   result.times.points = builder_times.points;
   result.times.lines = builder_times.lines;
   result.points = static_cast<int>(features->points.size());
@@ -196,7 +197,7 @@ Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
 
 TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result) {
   const Stopwatch watch;
-  std::optional<KnownPose> predicted;
+  std::optional<PoseConstraint> predicted;
   if (inertial_) predicted = inertial_->Predict(frame.stamp);
   TrackedFrame tracked = tracker_.Track(frame, map_, predicted);
   ChooseSubmap(tracked, result);
@@ -206,7 +207,7 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   if (tracked.state == TrackingState::kLost && !posed_) posed_ = submap_begin_ = frame.stamp;
   if (!HasPose(tracked.state) && CanBegin(tracked)) BeginSubmap(tracked, result);
   if (HasPose(tracked.state)) posed_ = frame.stamp;
-  result.times.tracking = watch.Milliseconds();
+  result.times.tracking = watch.TimingStatistics();
   return tracked;
 }
 
@@ -215,7 +216,7 @@ bool SlamSystem::Impl::Repeats(const RgbdImage& image) {
   return repeated_.Update(image.bgr) && posed_;
 }
 
-TrackedFrame SlamSystem::Impl::GoOn(const Frame& frame, FrameResult& result) {
+TrackedFrame SlamSystem::Impl::Extrapolate(const Frame& frame, FrameResult& result) {
   const Stopwatch watch;
   TrackedFrame tracked;
   tracked.frame = frame;
@@ -224,17 +225,18 @@ TrackedFrame SlamSystem::Impl::GoOn(const Frame& frame, FrameResult& result) {
     nothing.image = frame.stamp;
     Fuse(nothing, tracked, result);
   }
-  if (!HasPose(tracked.state)) tracked = tracker_.Coast(frame).value_or(std::move(tracked));
+  if (!HasPose(tracked.state))
+    tracked = tracker_.ExtrapolateAtConstantVelocity(frame).value_or(std::move(tracked));
   tracked.submap = submap_;
   if (HasPose(tracked.state)) posed_ = frame.stamp;
-  result.times.tracking = watch.Milliseconds();
+  result.times.tracking = watch.TimingStatistics();
   return tracked;
 }
 
 LossReason SlamSystem::Impl::ReasonOf(const TrackedFrame& lost) const {
   const double motion_radius = options_.measurement.search.motion_radius;
   return highwall::ReasonOf(
-      *lost.frame.features, lost.clues,
+      *lost.frame.features, lost.diagnostics,
       {.min_features = options_.keyframes.min_features,
        .min_corner = static_cast<double>(options_.frame.orb.min_fast_threshold),
        .usual_sharpness = usual_sharpness_,
@@ -248,7 +250,7 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
   if (HasPose(tracked.state)) result.submap = map_.Root(submap_);
   result.matched_points = tracked.num_points;
   result.matched_lines = tracked.num_lines;
-  result.open_directions = tracked.open;
+  result.unobservable_directions = tracked.open;
   result.moving = ToImage(tracked.moving);
   if (!HasPose(tracked.state)) {
     // If tracking was lost already, the reason is that of the previous image.
@@ -263,7 +265,7 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
   lost_for_.reset();
   if (!inertial_ && !result.repeated) FollowSharpness(*tracked.frame.features);
   tracked_.push_back({result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC)});
-  ++frames_in_[map_.keyframe(map_.LiveKeyFrameOf(tracked.reference)->first)->submap];
+  ++frames_in_[map_.keyframe(map_.ActiveKeyFrameOf(tracked.reference)->first)->submap];
   refiner_.Add(tracked, tracked_.back(), tracker_.moved_by(), depth_pattern_.pattern(),
                last_keyframe_);
 }
@@ -272,7 +274,7 @@ void SlamSystem::Impl::RefineFrames(FrameResult& result) {
   const Stopwatch watch;
   if (refiner_.HasResult()) refiner_.Finish(map_, &tracked_);
   refiner_.Begin(map_, Knowledge());
-  result.times.mapping += watch.Milliseconds();
+  result.times.mapping += watch.TimingStatistics();
 }
 
 ImageKnowledge SlamSystem::Impl::Knowledge() const {
@@ -285,10 +287,10 @@ cv::Mat SlamSystem::Impl::ToImage(const cv::Mat& moving) const {
   return moving.empty() ? cv::Mat() : builder_.depth_grid().ToImage(WithBorder(moving));
 }
 
-cv::Mat SlamSystem::Impl::MovingIn(KeyFrameId keyframe) const {
+cv::Mat SlamSystem::Impl::DynamicMaskOf(KeyFrameId keyframe) const {
   const KeyFrame* seen = map_.keyframe(keyframe);
   if (seen == nullptr) return {};
-  return ToImage(tracker_.MovingIn(*seen, map_));
+  return ToImage(tracker_.DynamicMaskOf(*seen, map_));
 }
 
 Pose SlamSystem::Impl::FirstPose(Stamp stamp) const {
@@ -340,19 +342,19 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
     model_.SetExtrinsics(inertial_->T_BC());
     pending_.SetExtrinsics(inertial_->T_BC().Inverse());
   }
-  if (const std::optional<Pose>& T_level = result.inertial->T_level) {
+  if (const std::optional<Pose>& T_gravity = result.inertial->T_gravity) {
     // Adjustments in progress use the map before its gravity alignment.
     mapper_.Cancel();
     loop_closer_.Cancel();
     factor_adjuster_.Cancel();
     depth_pattern_.Cancel();
-    map_.Transform(*T_level, submap_);
-    tracker_.Transform(*T_level);
-    tracked.T_WC = *T_level * tracked.T_WC;
+    map_.Transform(*T_gravity, submap_);
+    tracker_.Transform(*T_gravity);
+    tracked.T_WC = *T_gravity * tracked.T_WC;
   }
   if (const double weight = result.inertial->weight; weight > 0.0) {
     const double seconds = ToSeconds(observation.image - last_fused_);
-    tied_ += seconds;
+    imu_constrained_time_ += seconds;
     weighed_ += seconds * weight;
   }
   last_fused_ = observation.image;
@@ -378,18 +380,19 @@ bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
          policy_.CanStart(*tracked.frame.features);
 }
 
-std::optional<KeyFrameMotion> SlamSystem::Impl::MotionSince(const KeyFrame* last) const {
+std::optional<InertialState> SlamSystem::Impl::MotionSince(const KeyFrame* last) const {
   if (!inertial_) return std::nullopt;
   const std::optional<InertialEstimate> estimate = inertial_->estimate();
   if (!estimate) return std::nullopt;
-  KeyFrameMotion motion;
+  InertialState motion;
   motion.stamp = estimate->stamp;
   motion.v_WB = estimate->state.v_WB;
   motion.bias = estimate->bias;
   motion.bias_sigma = estimate->covariance.diagonal().tail<6>().cwiseSqrt();
   // The weight of an interval is the mean over its images. If combined as covariances, a single
   // low-weight image would suppress the whole interval.
-  motion.weight = tied_ > 0.0 ? weighed_ / tied_ : inertial_->weight();
+  motion.weight =
+      imu_constrained_time_ > 0.0 ? weighed_ / imu_constrained_time_ : inertial_->weight();
   if (last == nullptr || !last->motion) return motion;
   if (auto imu = inertial_->Between(last->motion->stamp, estimate->stamp)) {
     motion.previous = last->id;
@@ -406,7 +409,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   });
   tracked.T_WC = T_new_old * tracked.T_WC;
   const Pose T_WC = tracked.T_WC;
-  tracker_.RetimeAround(tracked, options_.mapper.adjusted_keyframes, &map_);
+  tracker_.CompensateAround(tracked, options_.mapper.adjusted_keyframes, &map_);
   if (map_.keyframe(last_keyframe_) != nullptr) {
     tracker_.LearnNoise(map_, WithNeighbours(map_, last_keyframe_, kSharedByPlace, kLearnedFrom));
   }
@@ -418,13 +421,13 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   last_keyframe_stamp_ = last_visual_ = tracked.frame.stamp;
   const KeyFrame& keyframe = *map_.keyframe(result.mapping->keyframe);
   last_keyframe_ = keyframe.id;
-  tied_ = weighed_ = 0.0;
+  imu_constrained_time_ = weighed_ = 0.0;
   tracked.T_WC = keyframe.T_WC;
   tracked.reference = keyframe.id;
   tracked.by_image = false;
   tracker_.Anchor(tracked, keyframe);
   if (inertial_) inertial_->MoveMap(keyframe.T_WC * T_WC.Inverse());
-  result.times.mapping = watch.Milliseconds();
+  result.times.mapping = watch.TimingStatistics();
 }
 
 void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
@@ -435,7 +438,7 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
     WithTracker([&] {
       if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
     });
-    tracker_.RetimeAll(&map_);
+    tracker_.CompensateAll(&map_);
   };
   if (loop_closer_.InsertKeyFrame(map_, last_keyframe_, prepare)) {
     factor_adjuster_.Cancel();  // the loop closure includes them
@@ -445,7 +448,7 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
     tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
   }
   for (LoopReport& refused : loop_closer_.TakeRefused()) result.loops.push_back(std::move(refused));
-  result.times.loops += watch.Milliseconds();
+  result.times.loops += watch.TimingStatistics();
 }
 
 void SlamSystem::Impl::AdjustToFactors(TrackedFrame& tracked, FrameResult& result) {
@@ -458,7 +461,7 @@ void SlamSystem::Impl::AdjustToFactors(TrackedFrame& tracked, FrameResult& resul
     result.factors = factor_adjuster_.Finish(&map_);
   });
   tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
-  result.times.loops += watch.Milliseconds();
+  result.times.loops += watch.TimingStatistics();
 }
 
 template <class Change>
@@ -522,7 +525,7 @@ BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
   BundleAdjustmentReport report;
   bool moved = false;
   WithTracker([&] {
-    tracker_.RetimeAll(&map_);
+    tracker_.CompensateAll(&map_);
     for (const SubmapId root : map_.roots()) {
       const BundleAdjustmentReport adjusted =
           AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, options_.loops.bundle);

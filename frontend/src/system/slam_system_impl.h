@@ -17,7 +17,7 @@
 #include "features/frame_builder.h"
 #include "inertial/inertial_odometry.h"
 #include "local/local_mapper.h"
-#include "loops/depth_pattern_finder.h"
+#include "loops/depth_distortion_estimator.h"
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "system/keyframe_release.h"
@@ -49,7 +49,7 @@ class SlamSystem::Impl {
     return {pending_.waiting(), pending_.attached(), pending_.refused()};
   }
   FrameResult Track(const RgbdImage& image);
-  cv::Mat MovingIn(KeyFrameId keyframe) const;
+  cv::Mat DynamicMaskOf(KeyFrameId keyframe) const;
   cv::Mat CorrectedDepth(KeyFrameId keyframe, const cv::Mat& depth) const;
   std::optional<KeyframeView> keyframe_view(KeyFrameId keyframe, const RgbdImage& image) const;
   KeyframeEvent waiting_keyframes() const;
@@ -73,12 +73,12 @@ class SlamSystem::Impl {
   // The stages of Track(), in their order.
   // Returns the rolling-shutter compensation of an image's depth by the expected motion, together
   // with the correction of its distortion. Empty if there is nothing to correct.
-  FrameBuilder::DepthChange ToOneTime(const RgbdImage& image) const;
+  FrameBuilder::DepthChange CompensateRollingShutter(const RgbdImage& image) const;
   Frame Extract(RgbdImage* image, FrameResult& result);
   // Returns whether the image repeats the previous one.
   bool Repeats(const RgbdImage& image);
   // Returns the pose of a frame with a repeated image, extrapolated by the motion so far.
-  TrackedFrame GoOn(const Frame& frame, FrameResult& result);
+  TrackedFrame Extrapolate(const Frame& frame, FrameResult& result);
   // Estimates the pose from the images and the IMU, if there is one. Starts a map if there is none.
   TrackedFrame Estimate(const Frame& frame, FrameResult& result);
   // Sets the submap that the frame was tracked in; drops the one it has left if that is too young.
@@ -107,10 +107,10 @@ class SlamSystem::Impl {
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
   void LookForLoop(TrackedFrame& tracked, FrameResult& result);
   // Applies an estimated depth distortion, between frames; returns whether the map was changed.
-  bool MendDepth(FrameResult& result);
+  bool CorrectDepth(FrameResult& result);
   // Applies the result of the adjustment to user factors, and begins anew if enough are new.
   void AdjustToFactors(TrackedFrame& tracked, FrameResult& result);
-  std::optional<KeyFrameMotion> MotionSince(const KeyFrame* last) const;
+  std::optional<InertialState> MotionSince(const KeyFrame* last) const;
   // Changes the map and transforms tracker and odometry by the motion of the reference keyframe.
   template <class Change>
   Pose WithTracker(const Change& change);
@@ -138,7 +138,7 @@ class SlamSystem::Impl {
   std::optional<InertialOdometry> inertial_;
   LoopCloser loop_closer_;
   FactorAdjuster factor_adjuster_;
-  DepthPatternFinder depth_pattern_;
+  DepthDistortionEstimator depth_pattern_;
   PendingFactors pending_;
   Map map_;
   SlamCallbacks callbacks_;
@@ -161,8 +161,8 @@ class SlamSystem::Impl {
   Stamp last_visual_ = 0;  // of the last frame with a pose from its image
   int last_points_ = 0;    // matched in the last frame
   double usual_sharpness_ = 0.0;
-  double tied_ = 0.0;     // [s] covered by IMU factors since the last keyframe
-  double weighed_ = 0.0;  // the same, each interval times its weight
+  double imu_constrained_time_ = 0.0;  // [s] covered by IMU factors since the last keyframe
+  double weighed_ = 0.0;               // the same, each interval times its weight
   Stamp last_fused_ = 0;
 };
 

@@ -27,9 +27,9 @@ bool SlamSystem::Impl::CanBegin(const TrackedFrame& tracked) const {
     // The timeout of a short-lived submap is no longer than its life.
     const double lived = submap_keyframes_ < kMinSubmapKeyFrames
                              ? ToSeconds(*posed_ - submap_begin_)
-                             : options_.submaps.patience;
+                             : options_.submaps.lost_timeout;
     const double waited = ToSeconds(tracked.frame.stamp - *posed_);
-    if (waited < std::min(options_.submaps.patience, lived)) return false;
+    if (waited < std::min(options_.submaps.lost_timeout, lived)) return false;
   }
   return policy_.CanStart(*tracked.frame.features);
 }

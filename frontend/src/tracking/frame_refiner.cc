@@ -7,7 +7,7 @@
 #include <stop_token>
 #include <utility>
 
-#include "features/mended_depth.h"
+#include "features/corrected_depth.h"
 #include "map/map_matcher.h"
 #include "pose/pose_solver.h"
 #include "pose/support.h"
@@ -76,7 +76,7 @@ class FrameRefiner::Job {
       DepthPattern more = knowledge_.pattern;
       more.nodes -= item.pattern.nodes;
       if (more.IsZero()) continue;
-      item.frame.frame.features = Mended(*item.frame.frame.features, camera_, more);
+      item.frame.frame.features = CorrectedDepth(*item.frame.frame.features, camera_, more);
     }
     std::vector<bool> is_found(items_.size());
     for (int round = 0; round < options_.rounds; ++round) {

@@ -17,10 +17,10 @@ const Eigen::Vector3d kPriorSigma(0.015, 0.015, 0.01);
 const Eigen::Vector3d kLeastTiming(0.0, 0.0, -0.03), kMostTiming(0.05, 0.05, 0.03);  // [s]
 // Number of standard deviations by which an estimate must differ from the known value to replace
 // it.
-constexpr double kTold = 2.0;
+constexpr double kConfidence = 2.0;
 constexpr double kMemory = 5.0;  // [s] of the filter
 // Frames share landmarks and thus errors: this number of frames counts as one.
-constexpr double kAlike = 25.0;
+constexpr double kCorrelatedReadings = 25.0;
 constexpr double kMaxChi2 = 7.81;  // of three rows, 95 %
 constexpr int kMinPoints = 30;
 // Information of a pose below that of any image, which keeps unobservable directions out of the
@@ -137,15 +137,16 @@ void FrameTimingEstimator::Add(const TrackedFrame& tracked, const Map& map, cons
   const Eigen::Matrix<double, 6, 3> eliminated = pose.ldlt().solve(mixed);
   const Matrix N = equations.H.bottomRightCorner<3, 3>() - mixed.transpose() * eliminated;
   const Vector g = equations.g.tail<3>() - eliminated.transpose() * equations.g.head<6>();
-  information_ = std::exp(-dt / kMemory) * information_ + N / kAlike;
+  information_ = std::exp(-dt / kMemory) * information_ + N / kCorrelatedReadings;
   last_ = tracked.frame.stamp;
   const Matrix covariance = Covariance();
   // The residuals belong to the applied timing, not to the estimate.
   const Vector gradient = g + N * (estimate_ - AsVector(timing_));
-  estimate_ =
-      (estimate_ - covariance * gradient / kAlike).cwiseMax(kLeastTiming).cwiseMin(kMostTiming);
-  const Eigen::Array3d told = kTold * covariance.diagonal().array().sqrt();
-  timing_ = AsTiming(((estimate_ - known_).array().abs() > told).select(estimate_, known_));
+  estimate_ = (estimate_ - covariance * gradient / kCorrelatedReadings)
+                  .cwiseMax(kLeastTiming)
+                  .cwiseMin(kMostTiming);
+  const Eigen::Array3d uncertainty = kConfidence * covariance.diagonal().array().sqrt();
+  timing_ = AsTiming(((estimate_ - known_).array().abs() > uncertainty).select(estimate_, known_));
 }
 
 }  // namespace highwall

@@ -7,8 +7,8 @@
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 
-#include "features/depth_grid.h"
 #include <highwall/frontend/features/twist.h>
+#include "features/depth_grid.h"
 #include "tracking/keyframe_row_times.h"
 #include "tracking/tracked_frame.h"
 

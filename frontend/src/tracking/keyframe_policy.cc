@@ -40,7 +40,7 @@ KeyFramePolicy::KeyFramePolicy(const KeyFramePolicyOptions& options) : options_(
 bool KeyFramePolicy::CanStart(const FrameFeatures& features) const {
   const auto points =
       std::count_if(features.points.begin(), features.points.end(),
-                    [](const PointFeature& p) { return p.depth > 0.0 && !p.faint; });
+                    [](const PointFeature& p) { return p.depth > 0.0 && !p.low_contrast; });
   const auto lines =
       std::count_if(features.lines.begin(), features.lines.end(),
                     [](const LineFeature& feature) { return feature.segment_C.has_value(); });

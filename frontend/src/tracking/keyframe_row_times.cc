@@ -98,8 +98,8 @@ const RowMotion* KeyframeRowTimes::Find(KeyFrameId id) const {
   return known != keyframes_.end() ? &known->second.moved_by : nullptr;
 }
 
-void KeyframeRowTimes::Retime(const FrameTimingEstimate& timing,
-                              std::span<const KeyFrameId> keyframes, Map* map) {
+void KeyframeRowTimes::Compensate(const FrameTimingEstimate& timing,
+                                  std::span<const KeyFrameId> keyframes, Map* map) {
   LandmarkShifts shifts(camera_);
   for (const KeyFrameId id : keyframes) {
     const auto found = keyframes_.find(id);

@@ -31,7 +31,8 @@ class KeyframeRowTimes {
   // change within the estimate's own sigma moves nothing. The poses are left to the adjustment that
   // follows: keyframes that none is about to adjust must not be passed, as their features and
   // landmarks are consistent as they are.
-  void Retime(const FrameTimingEstimate& timing, std::span<const KeyFrameId> keyframes, Map* map);
+  void Compensate(const FrameTimingEstimate& timing, std::span<const KeyFrameId> keyframes,
+                  Map* map);
 
  private:
   struct Known {

@@ -67,7 +67,7 @@ void TakePose(const LandmarkObservations& seen, const PoseSolution& solution,
   tracked->gradient = solution.gradient;
   tracked->error = solution.error;
   tracked->open =
-      FindOpenDirections(solution.information, solution.T_WC, solution.depth, degeneracy);
+      FindUnobservableDirections(solution.information, solution.T_WC, solution.depth, degeneracy);
 }
 
 LandmarksInView MatchAround(const MapMatcher& matcher, const Map& map, int most,

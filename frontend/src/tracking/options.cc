@@ -20,8 +20,8 @@ void RelocalizerOptions::Validate() const {
   RequireInRange(*this, "RelocalizerOptions");
 }
 
-void MovingObjectOptions::Validate() const {
-  RequireInRange(*this, "MovingObjectOptions");
+void DynamicObjectOptions::Validate() const {
+  RequireInRange(*this, "DynamicObjectOptions");
 }
 
 void SurfaceTrackingOptions::Validate() const {

@@ -11,7 +11,7 @@
 #include <highwall/frontend/pose/pose_report.h>
 
 #include "pose/degeneracy.h"
-#include "tracking/loss_clues.h"
+#include "tracking/tracking_diagnostics.h"
 
 namespace highwall {
 
@@ -29,7 +29,7 @@ struct TrackedFrame {
   // The same before outlier rejection.
   std::vector<PointId> tried_points;
   std::vector<LineId> tried_lines;
-  // Dynamic mask (MovingObjects::Find); empty without dynamic objects. Masked features have been
+  // Dynamic mask (DynamicObjects::Find); empty without dynamic objects. Masked features have been
   // removed from `frame`.
   cv::Mat moving;
   int num_points = 0, num_lines = 0;  // matched
@@ -40,8 +40,8 @@ struct TrackedFrame {
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
   double error = 1.0;
-  std::vector<OpenDirection> open;  // unobservable directions of the pose
-  LossClues clues;                  // if there is no pose
+  std::vector<UnobservableDirection> open;  // unobservable directions of the pose
+  TrackingDiagnostics diagnostics;          // if there is no pose
 };
 
 }  // namespace highwall

@@ -70,16 +70,16 @@ Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options,
 }
 
 TrackedFrame Tracker::Track(const Frame& seen, Map& map,
-                            const std::optional<KnownPose>& predicted) {
+                            const std::optional<PoseConstraint>& predicted) {
   moved_by_ = {};
-  told_ = false;
+  imu_predicts_motion_ = false;
   if (map.num_keyframes() == 0) {
     TrackedFrame none = Unmatched(seen, Pose());
     none.state = TrackingState::kInitializing;
     return none;
   }
   const bool was_tracking = last_.has_value();
-  const KnownPose* known = predicted ? &*predicted : nullptr;
+  const PoseConstraint* known = predicted ? &*predicted : nullptr;
   Frame frame = seen;
   if (LearnsNoise()) frame.features = noise_.Apply(*seen.features);
   const Twist expected = Motion(known);
@@ -87,25 +87,25 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
     moved_by_ = {*times, expected};
     if (times->colour_readout > 0.0) {
       frame.features =
-          AtMiddleRow(*frame.features, model_.camera(), times->colour_readout, expected);
+          CompensatedToMiddleRow(*frame.features, model_.camera(), times->colour_readout, expected);
     }
   }
-  LossClues clues{.predicted = predicted.has_value()};
-  auto match = Find(frame, map, known, &clues);
+  TrackingDiagnostics diagnostics{.predicted = predicted.has_value()};
+  auto match = Find(frame, map, known, &diagnostics);
   if (!match) {
     // With an IMU the landmarks of the last frame can be searched again after any time.
     if (!predicted) last_.reset();
     TrackedFrame lost = Unmatched(frame, predicted ? predicted->T_WC : Pose());
-    lost.clues = clues;
+    lost.diagnostics = diagnostics;
     return lost;
   }
   match->CountObservations(map);
   TrackedFrame& tracked = match->frame;
   if (was_tracking && !tracked.relocalized) {
-    GoOn(match->prediction_denied ? nullptr : known, match->Support() > 0, map, &tracked);
+    UpdateMotion(match->prediction_rejected ? nullptr : known, match->Support() > 0, map, &tracked);
   } else {
     velocity_.Reset();
-    goes_on_ = false;
+    is_continuous_ = false;
   }
   anchored_.reset();
   tracked.state = TrackingState::kTracking;
@@ -115,16 +115,17 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   if (match->Support() == 0) return tracked;
   last_support_ = match->Support();
   last_landmarks_ = frame.stamp;
-  usual_found_ += (usual_found_ > 0.0 ? kFollow : 1.0) * (tracked.found - usual_found_);
+  mean_match_ratio_ +=
+      (mean_match_ratio_ > 0.0 ? kFollow : 1.0) * (tracked.found - mean_match_ratio_);
   moving_.objects().Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.moving,
                              tracked.reference, map);
   return tracked;
 }
 
-Twist Tracker::Motion(const KnownPose* predicted) const {
+Twist Tracker::Motion(const PoseConstraint* predicted) const {
   if (!last_) return {};
   if (predicted != nullptr && predicted->motion) return *predicted->motion;
-  return goes_on_ ? velocity_.twist() : Twist();
+  return is_continuous_ ? velocity_.twist() : Twist();
 }
 
 std::optional<FrameTiming> Tracker::TimingOf(const Frame& frame) const {
@@ -136,7 +137,7 @@ std::optional<FrameTiming> Tracker::TimingOf(const Frame& frame) const {
   return differ ? std::optional(times) : std::nullopt;
 }
 
-bool Tracker::GoesOn(const Twist& expected, const TrackedFrame& tracked) const {
+bool Tracker::IsContinuous(const Twist& expected, const TrackedFrame& tracked) const {
   // Above what a hand or a drone does to its camera, and below a cut in the recording.
   constexpr double kMaxAcceleration = 50.0;          // [m/s^2]
   constexpr double kMaxAngularAcceleration = 100.0;  // [rad/s^2]
@@ -147,23 +148,25 @@ bool Tracker::GoesOn(const Twist& expected, const TrackedFrame& tracked) const {
          (found.omega - expected.omega).norm() <= kMaxAngularAcceleration * dt;
 }
 
-void Tracker::GoOn(const KnownPose* predicted, bool has_landmarks, Map& map,
-                   TrackedFrame* tracked) {
-  const ConstantVelocity before = goes_on_ ? velocity_ : ConstantVelocity();
-  told_ = predicted != nullptr && predicted->motion && GoesOn(*predicted->motion, *tracked);
+void Tracker::UpdateMotion(const PoseConstraint* predicted, bool has_landmarks, Map& map,
+                           TrackedFrame* tracked) {
+  const ConstantVelocity before = is_continuous_ ? velocity_ : ConstantVelocity();
+  imu_predicts_motion_ =
+      predicted != nullptr && predicted->motion && IsContinuous(*predicted->motion, *tracked);
   // Also done while the row times are unknown: keyframes store the motion until they are known.
-  if (told_) moved_by_.motion = *predicted->motion;
-  goes_on_ = told_ || GoesOn(Motion(nullptr), *tracked);
-  if (goes_on_ && !told_ && has_landmarks) FollowMotion(map, predicted, tracked);
+  if (imu_predicts_motion_) moved_by_.motion = *predicted->motion;
+  is_continuous_ = imu_predicts_motion_ || IsContinuous(Motion(nullptr), *tracked);
+  if (is_continuous_ && !imu_predicts_motion_ && has_landmarks)
+    FollowMotion(map, predicted, tracked);
   velocity_.Measure(last_->T_WC.Inverse() * tracked->T_WC, SinceLast(tracked->frame));
-  if (!goes_on_) return;
+  if (!is_continuous_) return;
   if (anchored_) keyframe_times_.Correct(*anchored_, velocity_.AtBeginning(before));
   if (options_.timing == FrameTimingMode::kEstimated) {
-    timing_.Add(*tracked, map, told_ ? moved_by_.motion : velocity_.twist());
+    timing_.Add(*tracked, map, imu_predicts_motion_ ? moved_by_.motion : velocity_.twist());
   }
 }
 
-void Tracker::FollowMotion(const Map& map, const KnownPose* predicted, TrackedFrame* tracked) {
+void Tracker::FollowMotion(const Map& map, const PoseConstraint* predicted, TrackedFrame* tracked) {
   const auto times = TimingOf(tracked->frame);
   if (!times) return;
   ConstantVelocity found = velocity_;
@@ -173,29 +176,29 @@ void Tracker::FollowMotion(const Map& map, const KnownPose* predicted, TrackedFr
   TrackedFrame again = *tracked;
   again.frame.features =
       MovedOtherwise(*tracked->frame.features, model_.camera(), moving_.grid(), moved_by_, now);
-  if (!Solve(again, map, options_.min_motion_support, predicted, Aid::kNone)) return;
+  if (!Solve(again, map, options_.min_motion_support, predicted, FallbackConstraint::kNone)) return;
   *tracked = std::move(again);
   moved_by_ = now;
 }
 
-void Tracker::Retime(std::span<const KeyFrameId> keyframes, Map* map) {
+void Tracker::Compensate(std::span<const KeyFrameId> keyframes, Map* map) {
   if (options_.timing == FrameTimingMode::kIgnored) return;
   FrameTimingEstimate by{.value = timing()};
   if (options_.timing == FrameTimingMode::kEstimated) by.sigma = timing_.estimate().sigma;
-  keyframe_times_.Retime(by, keyframes, map);
+  keyframe_times_.Compensate(by, keyframes, map);
 }
 
-void Tracker::RetimeAround(const TrackedFrame& tracked, int most, Map* map) {
+void Tracker::CompensateAround(const TrackedFrame& tracked, int most, Map* map) {
   std::vector<KeyFrameId> around;
   for (const auto& [id, shared] : map->Observers(tracked.points, tracked.lines)) {
     if (static_cast<int>(around.size()) == most) break;
     around.push_back(id);
   }
-  Retime(around, map);
+  Compensate(around, map);
 }
 
-void Tracker::RetimeAll(Map* map) {
-  for (const SubmapId root : map->roots()) Retime(map->KeyFramesOf(root), map);
+void Tracker::CompensateAll(Map* map) {
+  for (const SubmapId root : map->roots()) Compensate(map->KeyFramesOf(root), map);
 }
 
 bool Tracker::LearnsNoise() const {
@@ -208,26 +211,27 @@ void Tracker::LearnNoise(const Map& map, std::span<const KeyFrameId> keyframes) 
 }
 
 std::optional<Tracker::LocalMatch> Tracker::Find(const Frame& frame, const Map& map,
-                                                 const KnownPose* predicted,
-                                                 LossClues* clues) const {
+                                                 const PoseConstraint* predicted,
+                                                 TrackingDiagnostics* diagnostics) const {
   std::optional<LocalMatch> match;
-  if (last_) match = Follow(frame, map, predicted, clues);
-  if (!match) match = Recognize(Relocalize(frame, map), map, clues);
+  if (last_) match = Follow(frame, map, predicted, diagnostics);
+  if (!match) match = Recognize(Relocalize(frame, map), map, diagnostics);
   if (match || !last_ || predicted != nullptr) return match;
   if (options_.surfaces.enabled) {
-    match = TrackLocalMap(TrackMotion(frame, map, nullptr, Aid::kSurfaces, clues), map, nullptr,
-                          Aid::kSurfaces, clues);
+    match =
+        TrackLocalMap(TrackMotion(frame, map, nullptr, FallbackConstraint::kSurfaces, diagnostics),
+                      map, nullptr, FallbackConstraint::kSurfaces, diagnostics);
     if (match && Contradicts(*match, map)) match.reset();
   }
   // The whole image determines the pose only if most of it is static.
   constexpr double kMost = 0.5;
-  const bool stands = clues->set_aside < kMost;
-  if (!match && stands && options_.direct.enabled) match = AlignDirectly(frame, map, clues);
+  const bool stands = diagnostics->masked_share < kMost;
+  if (!match && stands && options_.direct.enabled) match = AlignDirectly(frame, map, diagnostics);
   return match;
 }
 
 std::optional<Tracker::LocalMatch> Tracker::AlignDirectly(const Frame& frame, const Map& map,
-                                                          LossClues* clues) const {
+                                                          TrackingDiagnostics* diagnostics) const {
   const KeyFrame* reference = map.keyframe(last_->reference);
   // Each such pose depends on the one before, or on a view that is left behind.
   const double held = ToSeconds(frame.stamp - last_landmarks_);
@@ -241,14 +245,14 @@ std::optional<Tracker::LocalMatch> Tracker::AlignDirectly(const Frame& frame, co
                              *frame.features, expected);
   }
   if (!aligned) return std::nullopt;
-  const KnownPose& known = aligned->pose;
-  auto match = TrackAbout(known, frame, map, clues);
+  const PoseConstraint& known = aligned->pose;
+  auto match = TrackAbout(known, frame, map, diagnostics);
   if (!match) {
     match = LocalMatch{Unmatched(frame, known.T_WC), {}, {}};
     match->frame.reference = reference->id;
     match->frame.information = known.sqrt_information.transpose() * known.sqrt_information;
-    match->frame.open = FindOpenDirections(match->frame.information, known.T_WC, aligned->depth,
-                                           options_.degeneracy);
+    match->frame.open = FindUnobservableDirections(match->frame.information, known.T_WC,
+                                                   aligned->depth, options_.degeneracy);
   }
   if (Contradicts(match->frame, AroundReference(map, kCompared), map)) return std::nullopt;
   return match;
@@ -258,8 +262,9 @@ std::vector<KeyFrameId> Tracker::AroundReference(const Map& map, std::size_t mos
   return WithNeighbours(map, last_->reference, 1, static_cast<int>(most) - 1);
 }
 
-std::optional<Tracker::LocalMatch> Tracker::TrackAbout(const KnownPose& known, const Frame& frame,
-                                                       const Map& map, LossClues* clues) const {
+std::optional<Tracker::LocalMatch> Tracker::TrackAbout(const PoseConstraint& known,
+                                                       const Frame& frame, const Map& map,
+                                                       TrackingDiagnostics* diagnostics) const {
   const std::vector<KeyFrameId> local =
       AroundReference(map, static_cast<std::size_t>(options_.local_keyframes));
   TrackedFrame rough = Unmatched(frame, known.T_WC);
@@ -269,48 +274,53 @@ std::optional<Tracker::LocalMatch> Tracker::TrackAbout(const KnownPose& known, c
   Apply(matcher_.MatchLines(*frame.features, known.T_WC, map, LinesSeenBy(map, local, {}),
                             Taken(rough.lines)),
         rough.lines);
-  if (!Solve(rough, map, options_.min_predicted_support, &known, Aid::kNone)) return std::nullopt;
-  return TrackLocalMap(std::move(rough), map, &known, Aid::kNone, clues);
+  if (!Solve(rough, map, options_.min_predicted_support, &known, FallbackConstraint::kNone))
+    return std::nullopt;
+  return TrackLocalMap(std::move(rough), map, &known, FallbackConstraint::kNone, diagnostics);
 }
 
 std::optional<Tracker::LocalMatch> Tracker::Follow(const Frame& frame, const Map& map,
-                                                   const KnownPose* predicted,
-                                                   LossClues* clues) const {
-  auto match = FollowLast(frame, map, predicted, clues);
-  if (predicted == nullptr || !goes_on_ || SinceLast(frame) > ConstantVelocity::kLongestPrediction)
+                                                   const PoseConstraint* predicted,
+                                                   TrackingDiagnostics* diagnostics) const {
+  auto match = FollowLast(frame, map, predicted, diagnostics);
+  if (predicted == nullptr || !is_continuous_ ||
+      SinceLast(frame) > ConstantVelocity::kLongestPrediction)
     return match;
-  if (match && GoesOn(velocity_.twist(), match->frame)) return match;
-  LossClues without;
+  if (match && IsContinuous(velocity_.twist(), match->frame)) return match;
+  TrackingDiagnostics without;
   auto other = FollowLast(frame, map, nullptr, &without);
   if (!other || (match && other->Support() <= match->Support())) return match;
-  other->prediction_denied = true;
+  other->prediction_rejected = true;
   return other;
 }
 
 std::optional<Tracker::LocalMatch> Tracker::FollowLast(const Frame& frame, const Map& map,
-                                                       const KnownPose* predicted,
-                                                       LossClues* clues) const {
-  if (predicted == nullptr) clues->shift = Shift(frame);
-  auto rough = TrackMotion(frame, map, predicted, Aid::kNone, clues);
-  const bool denied = rough && IsDenied(*rough);
-  auto match = TrackLocalMap(std::move(rough), map, predicted, Aid::kNone, clues);
+                                                       const PoseConstraint* predicted,
+                                                       TrackingDiagnostics* diagnostics) const {
+  if (predicted == nullptr) diagnostics->shift = Shift(frame);
+  auto rough = TrackMotion(frame, map, predicted, FallbackConstraint::kNone, diagnostics);
+  const bool inconsistent = rough && IsInconsistent(*rough);
+  auto match =
+      TrackLocalMap(std::move(rough), map, predicted, FallbackConstraint::kNone, diagnostics);
   // A pose that most matches contradict must at least be observable in every direction.
-  if (match && denied && !match->frame.open.empty()) match.reset();
+  if (match && inconsistent && !match->frame.open.empty()) match.reset();
   const bool doubtful = match && predicted == nullptr && IsDoubtful(*match);
   // A camera that was moved elsewhere may see a similar place.
   if (match && predicted == nullptr && (doubtful || FindsLittle(*match)) &&
       Contradicts(*match, map)) {
     match.reset();
   }
-  if (match && !denied && !doubtful) return match;
-  auto other = Recognize(TrackReference(frame, map), map, clues);
+  if (match && !inconsistent && !doubtful) return match;
+  auto other = Recognize(TrackReference(frame, map), map, diagnostics);
   if (other && (!match || other->Support() > match->Support())) match = std::move(other);
   return match;
 }
 
 std::optional<Tracker::LocalMatch> Tracker::Recognize(std::optional<TrackedFrame> rough,
-                                                      const Map& map, LossClues* clues) const {
-  auto match = TrackLocalMap(std::move(rough), map, nullptr, Aid::kNone, clues);
+                                                      const Map& map,
+                                                      TrackingDiagnostics* diagnostics) const {
+  auto match =
+      TrackLocalMap(std::move(rough), map, nullptr, FallbackConstraint::kNone, diagnostics);
   if (match && LooksAlikeOnly(*match, map)) match.reset();
   return match;
 }
@@ -329,7 +339,7 @@ void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
   last_->reference = keyframe.id;
   if (options_.timing == FrameTimingMode::kIgnored) return;
   keyframe_times_.Remember(keyframe, moved_by_);
-  if (!told_) anchored_ = keyframe.id;
+  if (!imu_predicts_motion_) anchored_ = keyframe.id;
 }
 
 void Tracker::Correct(const Pose& T_WC) {
@@ -353,7 +363,7 @@ double Tracker::Shift(const Frame& frame) const {
   return model_.camera().fx * (T.Angle() + T.p().norm() / MedianDepth(*last_->frame.features));
 }
 
-std::optional<TrackedFrame> Tracker::Coast(const Frame& frame) const {
+std::optional<TrackedFrame> Tracker::ExtrapolateAtConstantVelocity(const Frame& frame) const {
   if (!last_ || SinceLast(frame) > ConstantVelocity::kLongestPrediction) return std::nullopt;
   TrackedFrame tracked = Unmatched(frame, last_->T_WC * velocity_.Predict(SinceLast(frame)));
   tracked.state = TrackingState::kTracking;
@@ -362,8 +372,9 @@ std::optional<TrackedFrame> Tracker::Coast(const Frame& frame) const {
 }
 
 std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& map,
-                                                 const KnownPose* predicted, Aid aid,
-                                                 LossClues* clues) const {
+                                                 const PoseConstraint* predicted,
+                                                 FallbackConstraint fallback,
+                                                 TrackingDiagnostics* diagnostics) const {
   // A landmark may have been removed, and the last frame's reference moved, since it was tracked.
   std::optional<TrackedFrame> best;
   for (const double radius_scale : {1.0, 2.0}) {
@@ -376,11 +387,12 @@ std::optional<TrackedFrame> Tracker::TrackMotion(const Frame& frame, const Map& 
     Apply(
         matcher_.MatchLines(*frame.features, tracked.T_WC, map, last_->lines, Taken(tracked.lines)),
         tracked.lines);
-    const bool solved = Solve(tracked, map, options_.min_motion_support, predicted, aid);
-    clues->tried = std::max(clues->tried, Support(tracked.tried_points, tracked.tried_lines));
+    const bool solved = Solve(tracked, map, options_.min_motion_support, predicted, fallback);
+    diagnostics->tried =
+        std::max(diagnostics->tried, Support(tracked.tried_points, tracked.tried_lines));
     if (!solved) continue;
-    clues->agreed = std::max(clues->agreed, Support(tracked));
-    if (!IsDenied(tracked)) return tracked;
+    diagnostics->agreed = std::max(diagnostics->agreed, Support(tracked));
+    if (!IsInconsistent(tracked)) return tracked;
     if (!best || Support(tracked) > Support(*best)) best = std::move(tracked);
   }
   return best;
@@ -402,13 +414,13 @@ std::optional<TrackedFrame> Tracker::Relocalize(const Frame& frame, const Map& m
   return tracked;
 }
 
-std::optional<TrackedFrame> Tracker::Steadied(TrackedFrame rough, int support, const Map& map,
-                                              const KnownPose* predicted) const {
+std::optional<TrackedFrame> Tracker::Reverified(TrackedFrame rough, int support, const Map& map,
+                                                const PoseConstraint* predicted) const {
   constexpr double kAgree = 0.5, kLeft = 0.5;
   // The surfaces are those around the last frame.
   if (!options_.surfaces.enabled || rough.relocalized) return std::nullopt;
   const cv::Mat moving = std::exchange(rough.moving, cv::Mat());
-  const auto steady = MatchLocalMap(rough, map, predicted, Aid::kSurfaces);
+  const auto steady = MatchLocalMap(rough, map, predicted, FallbackConstraint::kSurfaces);
   const double enough = std::max<double>(options_.surfaces.min_support, kAgree * support);
   if (!steady || moving_.SupportBeside(steady->frame, moving) < enough ||
       Contradicts(*steady, map)) {
@@ -422,42 +434,44 @@ std::optional<TrackedFrame> Tracker::Steadied(TrackedFrame rough, int support, c
   return rough;
 }
 
-cv::Mat Tracker::MovingIn(const KeyFrame& keyframe, const Map& map) const {
+cv::Mat Tracker::DynamicMaskOf(const KeyFrame& keyframe, const Map& map) const {
   return moving_.objects().Find(keyframe.frame.stamp, keyframe.frame.features->depth_grid,
                                 keyframe.T_WC, map, keyframe.submap);
 }
 
 std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedFrame> rough,
                                                           const Map& map,
-                                                          const KnownPose* predicted, Aid aid,
-                                                          LossClues* clues) const {
+                                                          const PoseConstraint* predicted,
+                                                          FallbackConstraint fallback,
+                                                          TrackingDiagnostics* diagnostics) const {
   if (!rough) return std::nullopt;
   const auto all = static_cast<double>(rough->points.size() + rough->lines.size());
   const auto match_rest = [&](TrackedFrame rest) {
-    moving_.SetAside(rest);
-    clues->set_aside = 1.0 - static_cast<double>(rest.points.size() + rest.lines.size()) / all;
-    return MatchLocalMap(std::move(rest), map, predicted, aid);
+    moving_.MaskOut(rest);
+    diagnostics->masked_share =
+        1.0 - static_cast<double>(rest.points.size() + rest.lines.size()) / all;
+    return MatchLocalMap(std::move(rest), map, predicted, fallback);
   };
   rough->moving = moving_.Find(*rough, map);
   auto match = match_rest(*rough);
   if (rough->moving.empty()) return match;
-  const double set_aside = clues->set_aside;
-  auto steadied = Steadied(std::move(*rough), match ? match->Support() : 0, map, predicted);
-  auto again = steadied ? match_rest(std::move(*steadied)) : std::nullopt;
+  const double masked_share = diagnostics->masked_share;
+  auto reverified = Reverified(std::move(*rough), match ? match->Support() : 0, map, predicted);
+  auto again = reverified ? match_rest(std::move(*reverified)) : std::nullopt;
   if (again) return again;
-  clues->set_aside = set_aside;
+  diagnostics->masked_share = masked_share;
   return match;
 }
 
 std::optional<Tracker::LocalMatch> Tracker::MatchLocalMap(TrackedFrame rough, const Map& map,
-                                                          const KnownPose* predicted,
-                                                          Aid aid) const {
+                                                          const PoseConstraint* predicted,
+                                                          FallbackConstraint fallback) const {
   LocalMatch match{std::move(rough), {}, {}};
   TrackedFrame& tracked = match.frame;
   LandmarksInView in_view = MatchAround(matcher_, map, options_.local_keyframes, &tracked);
   match.points_in_view = std::move(in_view.points);
   match.lines_in_view = std::move(in_view.lines);
-  if (!Solve(tracked, map, options_.min_support, predicted, aid)) return std::nullopt;
+  if (!Solve(tracked, map, options_.min_support, predicted, fallback)) return std::nullopt;
   tracked.reference = map.Observers(tracked.points, tracked.lines).front().first;
   tracked.found = static_cast<double>(match.Support()) /
                   static_cast<double>(
@@ -469,7 +483,7 @@ int Tracker::LocalMatch::Support() const {
   return highwall::Support(frame.num_points, frame.num_lines);
 }
 
-bool Tracker::IsDenied(const TrackedFrame& rough) const {
+bool Tracker::IsInconsistent(const TrackedFrame& rough) const {
   return Support(rough.points, rough.lines) <
          options_.doubtful_agreement * Support(rough.tried_points, rough.tried_lines);
 }
@@ -482,7 +496,7 @@ bool Tracker::IsDoubtful(const LocalMatch& match) const {
 }
 
 bool Tracker::FindsLittle(const LocalMatch& match) const {
-  return match.frame.found < options_.recognized_found * usual_found_;
+  return match.frame.found < options_.recognized_found * mean_match_ratio_;
 }
 
 bool Tracker::LooksAlikeOnly(const LocalMatch& match, const Map& map) const {
@@ -521,7 +535,7 @@ void Tracker::LocalMatch::CountObservations(Map& map) const {
 }
 
 bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support,
-                    const KnownPose* predicted, Aid aid) const {
+                    const PoseConstraint* predicted, FallbackConstraint fallback) const {
   const LandmarkObservations seen = LandmarksSeen(model_, map, tracked);
   tracked.tried_points = tracked.points;
   tracked.tried_lines = tracked.lines;
@@ -529,17 +543,17 @@ bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support,
   options.min_support =
       predicted != nullptr ? std::min(min_support, options_.min_predicted_support) : min_support;
   std::vector<PointToPlaneRow> planes;
-  if (aid == Aid::kSurfaces) {
+  if (fallback == FallbackConstraint::kSurfaces) {
     planes = MatchSurfaces(tracked, map);
     options.min_support = options_.surfaces.min_support;
   }
   const auto solution = SolvePose(tracked.T_WC, model_.projection(), seen.points, seen.lines,
                                   options, predicted, planes);
   if (!solution) return false;
-  if (aid == Aid::kSurfaces &&
+  if (fallback == FallbackConstraint::kSurfaces &&
       (solution->num_planes < options_.surfaces.min_rows ||
-       !FindOpenDirections(solution->information, solution->T_WC, solution->depth,
-                           {.max_sigma = options_.surfaces.max_sigma})
+       !FindUnobservableDirections(solution->information, solution->T_WC, solution->depth,
+                                   {.max_sigma = options_.surfaces.max_sigma})
             .empty())) {
     return false;
   }

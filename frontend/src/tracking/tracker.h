@@ -16,8 +16,8 @@
 #include "pose/pose_solver.h"
 #include "pose/surface_matcher.h"
 #include "tracking/constant_velocity.h"
+#include "tracking/dynamic_features.h"
 #include "tracking/frame_timing_estimator.h"
-#include "tracking/moving_features.h"
 #include "tracking/noise_estimator.h"
 #include "tracking/relocalizer.h"
 #include "tracking/tracked_frame.h"
@@ -40,14 +40,14 @@ class Tracker {
   // compensated to the time of the middle row. predicted: the pose predicted by the IMU, if
   // available. Also counts in the map how often landmarks were in view and found.
   TrackedFrame Track(const Frame& frame, Map& map,
-                     const std::optional<KnownPose>& predicted = std::nullopt);
+                     const std::optional<PoseConstraint>& predicted = std::nullopt);
 
   // Makes `tracked`, which became the keyframe, the last frame: its landmarks, new ones included,
   // are the ones the next frame is matched to, from its pose after the adjustment.
   void Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe);
   // Extrapolates the pose at constant velocity from the last frame; empty if lost, or if the last
   // frame is too old. Does not replace the last frame.
-  std::optional<TrackedFrame> Coast(const Frame& frame) const;
+  std::optional<TrackedFrame> ExtrapolateAtConstantVelocity(const Frame& frame) const;
   // Drops the last frame, because the following frames are of another world.
   void Forget() { last_.reset(); }
   // Sets the final pose of the last frame.
@@ -55,10 +55,10 @@ class Tracker {
   // Returns the keyframe that the last tracked frame shares most landmarks with; empty if lost.
   std::optional<KeyFrameId> reference() const;
   // Returns the dynamic mask of a keyframe, by the depth of the seconds before and since.
-  cv::Mat MovingIn(const KeyFrame& keyframe, const Map& map) const;
+  cv::Mat DynamicMaskOf(const KeyFrame& keyframe, const Map& map) const;
   // Returns the motion expected at the next frame: that of `predicted`, or the last one; zero if
   // the camera was lost.
-  Twist Motion(const KnownPose* predicted) const;
+  Twist Motion(const PoseConstraint* predicted) const;
   // Current estimate of the row times of images.
   const FrameTiming& timing() const { return timing_.timing(); }
   FrameTimingEstimate timing_estimate() const { return timing_.estimate(); }
@@ -71,36 +71,38 @@ class Tracker {
   // Updates keyframes and their landmarks if the estimate of their row times has changed; their
   // poses are left to the adjustment that follows. Updates the keyframes that share most landmarks
   // with a frame, at most `most`, or all.
-  void RetimeAround(const TrackedFrame& tracked, int most, Map* map);
-  void RetimeAll(Map* map);
+  void CompensateAround(const TrackedFrame& tracked, int most, Map* map);
+  void CompensateAll(Map* map);
   // Motion by which the rows of a keyframe were compensated; null if it is not of this run.
   const RowMotion* RowsOf(KeyFrameId keyframe) const { return keyframe_times_.Find(keyframe); }
   // Follows a map that was transformed around here: p_new = T_new_old p_old.
   void Transform(const Pose& T_new_old);
 
  private:
-  void Retime(std::span<const KeyFrameId> keyframes, Map* map);
+  void Compensate(std::span<const KeyFrameId> keyframes, Map* map);
   // Fallback constraint on a pose, in addition to points and lines.
-  enum class Aid { kNone, kSurfaces };
+  enum class FallbackConstraint { kNone, kSurfaces };
 
   bool LearnsNoise() const;
   // Returns the row times of the images of one frame; empty if they are all zero or ignored.
   std::optional<FrameTiming> TimingOf(const Frame& frame) const;
   // Returns whether the camera may have come here by continuous motion; otherwise twists are
   // meaningless.
-  bool GoesOn(const Twist& expected, const TrackedFrame& tracked) const;
+  bool IsContinuous(const Twist& expected, const TrackedFrame& tracked) const;
   // Updates the motion by a frame tracked from the last one. predicted: null if it was rejected.
-  void GoOn(const KnownPose* predicted, bool has_landmarks, Map& map, TrackedFrame* tracked);
+  void UpdateMotion(const PoseConstraint* predicted, bool has_landmarks, Map& map,
+                    TrackedFrame* tracked);
   // Replaces the expected motion in the compensation of the features by the estimated one, and
   // re-estimates the pose.
-  void FollowMotion(const Map& map, const KnownPose* predicted, TrackedFrame* tracked);
+  void FollowMotion(const Map& map, const PoseConstraint* predicted, TrackedFrame* tracked);
   // Returns the predicted image shift [px] until `frame` at constant velocity.
   double Shift(const Frame& frame) const;
   // Returns the time [s] from the last frame tracked to `frame`.
   double SinceLast(const Frame& frame) const;
   std::optional<TrackedFrame> TrackMotion(const Frame& frame, const Map& map,
-                                          const KnownPose* predicted, Aid aid,
-                                          LossClues* clues) const;
+                                          const PoseConstraint* predicted,
+                                          FallbackConstraint fallback,
+                                          TrackingDiagnostics* diagnostics) const;
   std::optional<TrackedFrame> TrackReference(const Frame& frame, const Map& map) const;
   std::optional<TrackedFrame> Relocalize(const Frame& frame, const Map& map) const;
   // A frame matched with the local map, and the landmarks predicted to be visible from its pose.
@@ -108,41 +110,46 @@ class Tracker {
     TrackedFrame frame;
     std::vector<PointId> points_in_view;
     std::vector<LineId> lines_in_view;
-    bool prediction_denied = false;  // found inconsistent with the prediction
+    bool prediction_rejected = false;  // found inconsistent with the prediction
 
     int Support() const;
     void CountObservations(Map& map) const;
   };
   // Finds the pose of a frame: from the last one, by relocalization, with surfaces as a fallback
-  // constraint, or by direct alignment. clues: diagnostics of what failed.
-  std::optional<LocalMatch> Find(const Frame& frame, const Map& map, const KnownPose* predicted,
-                                 LossClues* clues) const;
+  // constraint, or by direct alignment. diagnostics: diagnostics of what failed.
+  std::optional<LocalMatch> Find(const Frame& frame, const Map& map,
+                                 const PoseConstraint* predicted,
+                                 TrackingDiagnostics* diagnostics) const;
   // Tracks from the last frame, by the prediction; without it if that fails, or if the resulting
   // motion is implausible for a camera: the IMU may have measured an impact on the sensor.
-  std::optional<LocalMatch> Follow(const Frame& frame, const Map& map, const KnownPose* predicted,
-                                   LossClues* clues) const;
+  std::optional<LocalMatch> Follow(const Frame& frame, const Map& map,
+                                   const PoseConstraint* predicted,
+                                   TrackingDiagnostics* diagnostics) const;
   // Tracks from the last frame and, if the result is doubtful, from its reference keyframe.
   std::optional<LocalMatch> FollowLast(const Frame& frame, const Map& map,
-                                       const KnownPose* predicted, LossClues* clues) const;
+                                       const PoseConstraint* predicted,
+                                       TrackingDiagnostics* diagnostics) const;
   // Verifies a place that was recognized independently of the motion; empty if it may be another
   // one.
   std::optional<LocalMatch> Recognize(std::optional<TrackedFrame> rough, const Map& map,
-                                      LossClues* clues) const;
+                                      TrackingDiagnostics* diagnostics) const;
   // Matches the local map with a frame at a rough pose, with dynamic objects masked out; empty if
   // too few matches are consistent.
   std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map,
-                                          const KnownPose* predicted, Aid aid,
-                                          LossClues* clues) const;
+                                          const PoseConstraint* predicted,
+                                          FallbackConstraint fallback,
+                                          TrackingDiagnostics* diagnostics) const;
   std::optional<LocalMatch> MatchLocalMap(TrackedFrame rough, const Map& map,
-                                          const KnownPose* predicted, Aid aid) const;
+                                          const PoseConstraint* predicted,
+                                          FallbackConstraint fallback) const;
   // Re-verifies the static pose: returns the frame at a pose from landmarks and surfaces together
   // if half or more of the dynamic mask arises only because the rough pose is slightly off.
   // Landmarks elsewhere of at least half of `support` must agree, and so must the depth of
   // keyframes. Empty if there is no such pose.
-  std::optional<TrackedFrame> Steadied(TrackedFrame rough, int support, const Map& map,
-                                       const KnownPose* predicted) const;
+  std::optional<TrackedFrame> Reverified(TrackedFrame rough, int support, const Map& map,
+                                         const PoseConstraint* predicted) const;
   // Returns whether few of the first matches are consistent with their pose.
-  bool IsDenied(const TrackedFrame& rough) const;
+  bool IsInconsistent(const TrackedFrame& rough) const;
   bool IsDoubtful(const LocalMatch& match) const;
   // Returns whether fewer landmarks in view are matched than in most frames.
   bool FindsLittle(const LocalMatch& match) const;
@@ -154,18 +161,18 @@ class Tracker {
   bool Contradicts(const TrackedFrame& tracked, std::span<const KeyFrameId> views,
                    const Map& map) const;
   // Estimates the pose from the matches of `tracked`; unmatches outliers. False if too few remain.
-  bool Solve(TrackedFrame& tracked, const Map& map, int min_support, const KnownPose* predicted,
-             Aid aid) const;
+  bool Solve(TrackedFrame& tracked, const Map& map, int min_support,
+             const PoseConstraint* predicted, FallbackConstraint fallback) const;
 
   // Aligns the whole image with the reference keyframe or else the last frame; adds landmarks if
   // they are consistent.
   std::optional<LocalMatch> AlignDirectly(const Frame& frame, const Map& map,
-                                          LossClues* clues) const;
+                                          TrackingDiagnostics* diagnostics) const;
   // Returns the reference keyframe of the last frame and those that share most landmarks with it.
   std::vector<KeyFrameId> AroundReference(const Map& map, std::size_t most) const;
   // Matches the landmarks of the keyframe and its neighbours around the pose `known`.
-  std::optional<LocalMatch> TrackAbout(const KnownPose& known, const Frame& frame, const Map& map,
-                                       LossClues* clues) const;
+  std::optional<LocalMatch> TrackAbout(const PoseConstraint& known, const Frame& frame,
+                                       const Map& map, TrackingDiagnostics* diagnostics) const;
   // Returns rows on the planar patches of the reference keyframe of the last frame; none if it has
   // no depth.
   std::vector<PointToPlaneRow> MatchSurfaces(const TrackedFrame& tracked, const Map& map) const;
@@ -174,7 +181,7 @@ class Tracker {
   TrackerOptions options_;
   MapMatcher matcher_;
   Relocalizer relocalizer_;
-  MovingFeatures moving_;
+  DynamicFeatures moving_;
   KeyframeRowTimes keyframe_times_;
   FrameTimingEstimator timing_;
   NoiseEstimator noise_;
@@ -182,10 +189,10 @@ class Tracker {
   std::optional<TrackedFrame> last_;    // the last frame tracked
   int last_support_ = 0;                // support of its pose
   Stamp last_landmarks_ = 0;            // of the last frame with a pose from landmarks
-  double usual_found_ = 0.0;            // mean match ratio (TrackedFrame::found); 0: unknown
+  double mean_match_ratio_ = 0.0;       // mean match ratio (TrackedFrame::found); 0: unknown
   ConstantVelocity velocity_;           // at last_
-  bool goes_on_ = false;                // whether it came there by continuous motion
-  bool told_ = false;                   // whether an IMU predicted its motion there
+  bool is_continuous_ = false;          // whether it came there by continuous motion
+  bool imu_predicts_motion_ = false;    // whether an IMU predicted its motion there
   RowMotion moved_by_;                  // compensation of the features of the latest frame
   std::optional<KeyFrameId> anchored_;  // keyframe made of last_, if by images alone
 };

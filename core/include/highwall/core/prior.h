@@ -61,12 +61,12 @@ class DirectionPrior final : public ceres::SizedCostFunction<2, 3> {
 //
 // Blocks:  0: T  pose (7, PoseManifold), of one frame in the other
 // Domain:  less than 90 deg between the axes: |r| is the sine of the angle over sigma.
-class UprightPrior final : public ceres::SizedCostFunction<2, 7> {
+class GravityPrior final : public ceres::SizedCostFunction<2, 7> {
  public:
   using Variables = VariableList<Pose>;
 
   // sigma: [rad] > 0. Throws InvalidArgument if it is not.
-  explicit UprightPrior(double sigma);
+  explicit GravityPrior(double sigma);
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;

@@ -22,12 +22,12 @@ class BackgroundWorker {
   // stop: requested by RequestStop() and by the destructor. Long tasks poll it and return early.
   using Work = std::function<void(const std::stop_token& stop)>;
   // Returns true while there is more to do.
-  using SpareWork = std::function<bool()>;
+  using IdleTask = std::function<bool()>;
 
-  // backlog: >= 1 tasks that may wait, else InvalidArgument. spare: the idle task, called
+  // backlog: >= 1 tasks that may wait, else InvalidArgument. idle_task: the idle task, called
   // repeatedly while no task waits, until it returns false; then again only after the next task;
   // may be empty.
-  explicit BackgroundWorker(std::size_t backlog, SpareWork spare = {});
+  explicit BackgroundWorker(std::size_t backlog, IdleTask idle_task = {});
   // Requests a stop of the running task, waits for it, and drops the waiting tasks.
   ~BackgroundWorker();
 
@@ -56,13 +56,13 @@ class BackgroundWorker {
   void ThrowError();
 
   const std::size_t backlog_;
-  const SpareWork spare_;
+  const IdleTask idle_task_;
   mutable std::mutex mutex_;  // protects all members below except the thread
   std::condition_variable_any changed_;
   std::deque<Piece> waiting_;
   std::stop_source stop_;  // for the tasks posted since the last RequestStop()
   bool busy_ = false;      // running a task
-  bool has_spare_;         // spare_ has more to do
+  bool has_idle_work_;     // idle_task_ has more to do
   std::exception_ptr error_;
   std::jthread thread_;  // last, so that it ends before what it uses
 };

@@ -14,10 +14,10 @@ namespace [[gnu::visibility("default")]] highwall {
 // The points detected in one image; row i of `descriptors` belongs to keypoint i.
 struct ExtractedPoints {
   // pt [px of the image, the centre of its first pixel is (0, 0)], octave (level of
-  // PointKind::pyramid), angle [deg, 0 to 360, from x towards y; negative: none], response. In any
-  // order; `size` is not used.
+  // FeatureType::pyramid), angle [deg, 0 to 360, from x towards y; negative: none], response. In
+  // any order; `size` is not used.
   std::vector<cv::KeyPoint> keypoints;
-  cv::Mat descriptors;  // N x PointKind::columns; empty where there are no keypoints
+  cv::Mat descriptors;  // N x FeatureType::columns; empty where there are no keypoints
 };
 
 // Element type of a descriptor row.
@@ -28,7 +28,7 @@ enum class DescriptorType {
 
 // Properties of the points of an extractor: all that the system needs besides the points
 // themselves.
-struct PointKind {
+struct FeatureType {
   // of the kind of descriptor: only those of the same name are comparable
   std::string name = "orb";
   DescriptorType descriptor = DescriptorType::kBinary;
@@ -37,20 +37,20 @@ struct PointKind {
   // it is seen from. With one level the factor bounds how much nearer or farther it may be seen.
   PyramidOptions pyramid{};
   // points of a weaker response are low contrast and may be mere noise: none starts a map
-  float faint_response = 0.0F;
+  float low_contrast_response = 0.0F;
 
   // Throws InvalidArgument naming the extractor and the field.
   void Validate() const;
 };
 
 // Detects and describes the points of images. A user-defined extractor replaces ORB in SlamSystem
-// (docs/own_features.md).
+// (docs/user_features.md).
 class PointExtractor {
  public:
   virtual ~PointExtractor();
 
   // Constant over the lifetime of the extractor.
-  virtual const PointKind& kind() const = 0;
+  virtual const FeatureType& kind() const = 0;
 
   // gray: CV_8UC1, not empty, the raw (distorted) camera image. The same image must give the same
   // points. Called from one thread at a time, but not always the same one. An exception thrown here

@@ -67,7 +67,7 @@ struct InertialReport {
   // Gravity alignment: the transform that makes z point up, to be applied to the whole map: a
   // rotation about the origin in the report of the image that ends the initialization, and one
   // about the camera later, when gravity has become known much better than it was then.
-  std::optional<Pose> T_level;
+  std::optional<Pose> T_gravity;
   // State after the image, once initialized; in W.
   std::optional<InertialEstimate> estimate;
   double gravity_sigma = 0.0;                         // [rad]

@@ -42,11 +42,11 @@ struct LoopDetectorOptions {
   // that is unknown it is taken to be one half.
   double min_found = 0.5;
   // [0, 1]: the same between submaps, where no drift bound can reject a false match.
-  double min_found_apart = 0.75;
+  double min_match_ratio_across_submaps = 0.75;
   // >= 1: decisive ratio. Between submaps one keyframe suffices if its support is this many times
   // min_support and it matches as much as in its own surroundings; otherwise `consistency`
   // keyframes in a row must agree on the transform.
-  double overwhelming = 2.0;
+  double decisive_ratio = 2.0;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -81,8 +81,8 @@ struct LoopCloserOptions {
   void Validate() const;
 };
 
-// Options of the adjustment of keyframes to user factors (docs/own_factors.md).
-struct OwnFactorOptions {
+// Options of the adjustment of keyframes to user factors (docs/user_factors.md).
+struct UserFactorOptions {
   int every = 20;  // >= 1: factors added to the map since the last adjustment
   // >= 0: minimum share of all of them: a long trajectory is adjusted less often
   double share = 0.05;

@@ -19,7 +19,7 @@
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/features/point_extractor.h>
 #include <highwall/frontend/map/map_ids.h>
-#include <highwall/frontend/map/own_factors.h>
+#include <highwall/frontend/map/user_factors.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
@@ -66,7 +66,7 @@ struct MapLine {
 };
 
 // The body's motion at a keyframe, and the IMU readings since an earlier one.
-struct KeyFrameMotion {
+struct InertialState {
   Stamp stamp = 0;                                 // [ns] of the IMU's clock
   Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  // [m/s]
   ImuBias bias = ImuBias::Zero();                  // [rad/s, m/s^2]
@@ -85,9 +85,9 @@ struct KeyFrame {
   cv::Mat depth_grid;  // of its features, but 0 on dynamic objects: reference for other frames
   // match ratio when it was tracked: share of the landmarks in view; 0: unknown
   double found = 0.0;
-  std::optional<KeyFrameMotion> motion;  // with an initialized IMU
-  std::vector<PointId> points;           // per point feature, kNoId where unmatched
-  std::vector<LineId> lines;             // per line feature
+  std::optional<InertialState> motion;  // with an initialized IMU
+  std::vector<PointId> points;          // per point feature, kNoId where unmatched
+  std::vector<LineId> lines;            // per line feature
 };
 
 // Keyframes, points and lines, owned by id. Ids ascend and are never reused; the lookup of a
@@ -157,7 +157,7 @@ class Map {
   Pose ResolvePose(KeyFrameId id) const;
   // Returns the active keyframe that replaces a removed one, and the pose of the removed one in it;
   // for an active one, itself. Empty where ResolvePose throws.
-  std::optional<std::pair<KeyFrameId, Pose>> LiveKeyFrameOf(KeyFrameId id) const;
+  std::optional<std::pair<KeyFrameId, Pose>> ActiveKeyFrameOf(KeyFrameId id) const;
   // Returns the root of its submap, also for a removed keyframe; empty where ResolvePose throws.
   std::optional<SubmapId> RootOf(KeyFrameId id) const;
   // Returns the active keyframe whose IMU factor starts at `id`; null if there is none.
@@ -191,17 +191,17 @@ class Map {
   void SetGravity(const std::optional<Eigen::Vector3d>& gravity_W, SubmapId submap = kFirstSubmap);
 
   // The kind of its points: only points of one kind are comparable. Default ORB unless set.
-  const PointKind& point_kind() const { return point_kind_; }
+  const FeatureType& feature_type() const { return feature_type_; }
   // Whether it was set: a map file before version 4 does not say, and may have another pyramid.
-  bool knows_point_kind() const { return knows_point_kind_; }
-  void SetPointKind(PointKind kind) {
-    point_kind_ = std::move(kind);
-    knows_point_kind_ = true;
+  bool knows_feature_type() const { return knows_feature_type_; }
+  void SetFeatureType(FeatureType kind) {
+    feature_type_ = std::move(kind);
+    knows_feature_type_ = true;
   }
 
   // User factors, which are anchored to keyframes and worlds.
-  const OwnFactors& factors() const { return factors_; }
-  OwnFactors& factors() { return factors_; }
+  const UserFactors& factors() const { return factors_; }
+  UserFactors& factors() { return factors_; }
   // poses: anchored to keyframes that may have been removed, then to their parents. Returns false
   // and adds nothing if one was removed with its submap.
   bool AddFactor(MapFactor factor);
@@ -240,9 +240,9 @@ class Map {
   IdTable<MapLine> lines_;
   std::unordered_map<KeyFrameId, Removed> removed_;
   std::vector<Submap> submaps_ = std::vector<Submap>(1);
-  PointKind point_kind_;
-  bool knows_point_kind_ = false;
-  OwnFactors factors_;
+  FeatureType feature_type_;
+  bool knows_feature_type_ = false;
+  UserFactors factors_;
   std::unique_ptr<KeyFrameIndex> index_;
 };
 

@@ -16,9 +16,9 @@ struct BundleAdjustmentReport {
   int keyframes = 0, fixed_keyframes = 0, points = 0, lines = 0;
   int observations = 0, outliers = 0;
   int imu_factors = 0;
-  int own_factors = 0;  // user factors
+  int user_factors = 0;  // user factors
   // user factors excluded because they cannot be evaluated at the current poses
-  int own_factors_set_aside = 0;
+  int user_factors_excluded = 0;
   double initial_cost = 0.0, final_cost = 0.0;
   int rejected_steps = 0;  // that increased the cost or moved an observation behind the camera
   bool moved = false;      // false: no step was taken, nothing changed
@@ -79,7 +79,7 @@ struct FactorAdjustmentReport {
   bool accepted = false;  // false: nothing was moved
   std::string message{};  // the solver's message, or the reason
   int keyframes = 0, factors = 0;
-  int set_aside = 0;    // factors excluded because they cannot be evaluated at the current poses
+  int excluded = 0;     // factors excluded because they cannot be evaluated at the current poses
   std::string fault{};  // exception of the first of them, or its other fault
   double moved = 0.0;   // [m] largest displacement of a keyframe
   double seconds = 0.0;

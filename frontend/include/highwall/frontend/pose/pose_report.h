@@ -41,7 +41,7 @@ const char* ToString(LossReason reason);
 
 // An unobservable (degenerate) direction of the camera pose: translation and rotation in C, the
 // rotation as the displacement of a point at the depth of the scene, so that the two compare.
-struct OpenDirection {
+struct UnobservableDirection {
   Eigen::Vector3d translation_C = Eigen::Vector3d::Zero();  // of unit length together with
   Eigen::Vector3d rotation_C = Eigen::Vector3d::Zero();     // this rotation
   double sigma = 0.0;  // [m] along it; infinite if there is no constraint at all

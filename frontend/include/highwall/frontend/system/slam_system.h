@@ -34,7 +34,7 @@ struct SubmapOptions {
   bool enabled = true;
   // [s] >= 0: lost timeout without a pose, after which the next suitable frame begins a submap; for
   // a young submap the timeout is at most its own age.
-  double patience = 0.3;
+  double lost_timeout = 0.3;
 
   void Validate() const;
 };
@@ -49,7 +49,7 @@ struct SlamOptions {
   LocalMapperOptions mapper{};
   InertialOptions inertial{};  // with an IMU
   LoopCloserOptions loops{};
-  OwnFactorOptions factors{};  // with user factors
+  UserFactorOptions factors{};  // with user factors
   DepthPatternOptions depth_pattern{};
   SubmapOptions submaps{};
   // The given map is not changed, except for how often its landmarks were predicted and matched:
@@ -64,7 +64,7 @@ struct SlamOptions {
 // then gives the same output, bit for bit.
 SlamOptions Deterministic(SlamOptions options);
 
-// Milliseconds of one frame. features: points and lines together, which overlap in time.
+// TimingStatistics of one frame. features: points and lines together, which overlap in time.
 struct FrameTimes {
   double points = 0.0, lines = 0.0;
   double features = 0.0;  // both, and the rolling-shutter compensation of depth
@@ -90,7 +90,7 @@ struct FrameResult {
   int points = 0, lines = 0;  // features extracted
   int matched_points = 0, matched_lines = 0;
   // Directions of the pose that are unobservable (degenerate), the worst first.
-  std::vector<OpenDirection> open_directions;
+  std::vector<UnobservableDirection> unobservable_directions;
   // Dynamic mask from the past frames: CV_8UC1 of the image, 255; empty if nothing moves. Features
   // in it constrain no pose and create no landmarks.
   cv::Mat moving;
@@ -167,10 +167,10 @@ class SlamSystem {
   SlamSystem(const RgbdSensor& sensor, const SlamOptions& options = {});
   // imu: if given, every reading until some 50 ms after an image must be passed to AddImu() before
   // that image. map: of the same camera, to continue in (LoadMap); tracking is lost until a frame
-  // is relocalized. points: a user-defined PointExtractor (docs/own_features.md) instead of
+  // is relocalized. points: a user-defined PointExtractor (docs/user_features.md) instead of
   // FrameBuilderOptions::point_detector; the points of a given map must have the same
-  // PointKind::name and the same pyramid. Throws InvalidArgument also if localize_only is combined
-  // with an IMU or with no map.
+  // FeatureType::name and the same pyramid. Throws InvalidArgument also if localize_only is
+  // combined with an IMU or with no map.
   SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
              const std::optional<ImuCalibration>& imu, Map map = {},
              std::shared_ptr<PointExtractor> points = nullptr);
@@ -189,7 +189,7 @@ class SlamSystem {
 
   // Adds a reference frame of user factors.
   ReferenceFrameId AddReferenceFrame(const ReferenceFrame& frame = {});
-  // Adds a user factor (docs/own_factors.md), in any order, before or after the frames of its
+  // Adds a user factor (docs/user_factors.md), in any order, before or after the frames of its
   // stamps. It takes part in local adjustments, loop closures and AdjustAll(), and moves the whole
   // map if that has drifted. Throws InvalidArgument if it is not as PoseFactor says, if its frame
   // is unknown, or if the system only localizes.
@@ -207,7 +207,7 @@ class SlamSystem {
   // Returns the dynamic mask of the image of an active keyframe (FrameResult::moving), from the
   // frames in the seconds before and since: a second or two later it is more complete than at
   // first.
-  cv::Mat MovingIn(KeyFrameId keyframe) const;
+  cv::Mat DynamicMaskOf(KeyFrameId keyframe) const;
   // Returns the depth [m] of an active keyframe's image, corrected by the current estimate, as the
   // keyframe's features are: without depth_pattern(), and with rolling-shutter compensation
   // (docs/row_times.md). depth: CV_32FC1, as given to Track(), else throws InvalidArgument. For a

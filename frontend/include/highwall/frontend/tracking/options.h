@@ -22,7 +22,7 @@ struct RelocalizerOptions {
 };
 
 // Options of the detection of dynamic objects.
-struct MovingObjectOptions {
+struct DynamicObjectOptions {
   bool enabled = true;
   double settled = 1.5;  // [s] > 0: a surface seen in place this long before or after is static
   // (0, 1]: if more of the image seems to move, the pose is considered wrong instead
@@ -67,7 +67,7 @@ struct TrackerOptions {
   bool learn_noise = true;
   PoseSolverOptions pose{};
   RelocalizerOptions relocalizer{};
-  MovingObjectOptions moving{};
+  DynamicObjectOptions moving{};
   DegeneracyOptions degeneracy{};
   SurfaceTrackingOptions surfaces{};
   DirectAlignmentOptions direct{};  // where nothing else constrains the pose and no IMU predicts it

@@ -32,7 +32,7 @@ enum class ImuFindingKind {
   kGravityRemoved,            // an acceleration instead of the specific force
   kColumnsExchanged,          // the accelerometer's in place of the gyroscope's
   kAccelerometerReversed,     // reads gravity instead of the specific force
-  kRangeDenied,               // readings beyond the stated range of a sensor
+  kRangeExceeded,             // readings beyond the stated range of a sensor
 };
 const char* ToString(ImuFindingKind kind);
 
@@ -78,8 +78,8 @@ std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
 
 // Checks the result of RepairImu() against the ranges of the calibration, which may be in a wrong
 // unit: a range that more than a few stray readings exceed becomes infinite, with a warning.
-std::vector<ImuFinding> DropDeniedRanges(std::span<const ImuSample> repaired,
-                                         ImuCalibration* calibration);
+std::vector<ImuFinding> DropExceededRanges(std::span<const ImuSample> repaired,
+                                           ImuCalibration* calibration);
 
 // Finding for estimators, which detect it when only the negated accelerometer agrees with the
 // video.

@@ -40,7 +40,7 @@ using MergeProgress = std::function<void(std::size_t done, std::size_t total)>;
 //
 // sensor: of all of them; only the camera and the noise of its depth are used. Maps without
 // keyframes are skipped. Throws InvalidArgument for bad options, and if points of two maps differ
-// in kind (FindClash).
+// in kind (FindMismatch).
 MergedMaps MergeMaps(const RgbdSensor& sensor, std::vector<Map> maps,
                      const MergeMapsOptions& options = {}, const MergeProgress& progress = {});
 

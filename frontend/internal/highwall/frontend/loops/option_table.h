@@ -44,8 +44,8 @@ void ForEachOption(OptionsOf<LoopDetectorOptions> auto& options, const auto& vis
   visit("consistency", options.consistency, AtLeast(1));
   visit("min_support", options.min_support, AtLeast(6));
   visit("min_found", options.min_found, Share());
-  visit("min_found_apart", options.min_found_apart, Share());
-  visit("overwhelming", options.overwhelming, AtLeast(1.0));
+  visit("min_match_ratio_across_submaps", options.min_match_ratio_across_submaps, Share());
+  visit("decisive_ratio", options.decisive_ratio, AtLeast(1.0));
 }
 
 void ForEachOption(OptionsOf<LoopCorrectionOptions> auto& options, const auto& visit) {
@@ -64,7 +64,7 @@ void ForEachOption(OptionsOf<LoopCloserOptions> auto& options, const auto& visit
   visit("background", options.background);
 }
 
-void ForEachOption(OptionsOf<OwnFactorOptions> auto& options, const auto& visit) {
+void ForEachOption(OptionsOf<UserFactorOptions> auto& options, const auto& visit) {
   visit("every", options.every, AtLeast(1));
   visit("share", options.share, AtLeast(0.0));
   visit("max_angle", options.max_angle, Positive().In("rad"));

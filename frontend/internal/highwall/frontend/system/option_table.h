@@ -9,7 +9,7 @@ namespace [[gnu::visibility("default")]] highwall {
 
 void ForEachOption(OptionsOf<SubmapOptions> auto& options, const auto& visit) {
   visit("enabled", options.enabled);
-  visit("patience", options.patience, AtLeast(0.0).In("s"));
+  visit("lost_timeout", options.lost_timeout, AtLeast(0.0).In("s"));
 }
 
 void ForEachOption(OptionsOf<SlamOptions> auto& options, const auto& visit) {

@@ -22,7 +22,7 @@ void ForEachOption(OptionsOf<RelocalizerOptions> auto& options, const auto& visi
   visit("seed", options.seed);
 }
 
-void ForEachOption(OptionsOf<MovingObjectOptions> auto& options, const auto& visit) {
+void ForEachOption(OptionsOf<DynamicObjectOptions> auto& options, const auto& visit) {
   visit("enabled", options.enabled);
   visit("settled", options.settled, Positive().In("s"));
   visit("max_share", options.max_share, PositiveShare());

@@ -1,4 +1,4 @@
-#include "tracking/moving_objects.h"
+#include "tracking/dynamic_objects.h"
 
 #include <algorithm>
 #include <cmath>
@@ -127,7 +127,7 @@ struct Verdicts {
 };
 
 Verdicts Label(const PosedDepth& view, std::span<const PosedDepth> references,
-               const DepthGrid& grid, const Margin& margin, const MovingObjectOptions& options) {
+               const DepthGrid& grid, const Margin& margin, const DynamicObjectOptions& options) {
   std::vector<Comparison> comparisons;
   for (const PosedDepth& reference : references) {
     const bool settled = std::abs(reference.stamp - view.stamp) >= FromSeconds(options.settled);
@@ -262,16 +262,16 @@ void MarkClusters(const cv::Mat& depth, const Verdicts& verdicts, cv::Mat& mask)
 }
 
 // Returns whether a cell shows a surface that was dynamic there in the previous frame.
-bool MovedBefore(const SurfaceClues& clues, const cv::Point& cell, float z) {
+bool MovedBefore(const SurfaceHistory& history, const cv::Point& cell, float z) {
   constexpr float kSameDepth = 0.1F;  // share of the depth by which it may have come nearer
-  return !clues.moving.empty() && clues.moving.at<std::uint8_t>(cell) == kSurface &&
-         std::abs(clues.depth.at<float>(cell) - z) < kSameDepth * z;
+  return !history.moving.empty() && history.moving.at<std::uint8_t>(cell) == kSurface &&
+         std::abs(history.depth.at<float>(cell) - z) < kSameDepth * z;
 }
 
 // Marks the surfaces that move as a whole.
-void MarkSurfaces(const cv::Mat& depth, const cv::Mat& labels, const SurfaceClues& clues,
-                  const MovingObjectOptions& options, cv::Mat& mask) {
-  if (clues.moving.empty() && !clues.moved) return;
+void MarkSurfaces(const cv::Mat& depth, const cv::Mat& labels, const SurfaceHistory& history,
+                  const DynamicObjectOptions& options, cv::Mat& mask) {
+  if (history.moving.empty() && !history.moved) return;
   const DepthSurfaces surfaces = FindSurfaces(depth, kLink);
   std::vector<int> stand(surfaces.sizes.size()), moved(surfaces.sizes.size());
   for (int v = 0; v < labels.rows; ++v) {
@@ -279,14 +279,15 @@ void MarkSurfaces(const cv::Mat& depth, const cv::Mat& labels, const SurfaceClue
       if (surfaces.labels.at<int>(v, u) < 0) continue;
       const auto k = static_cast<std::size_t>(surfaces.labels.at<int>(v, u));
       stand[k] += labels.at<std::uint8_t>(v, u) == kStands ? 1 : 0;
-      moved[k] += MovedBefore(clues, {u, v}, depth.at<float>(v, u)) ? 1 : 0;
+      moved[k] += MovedBefore(history, {u, v}, depth.at<float>(v, u)) ? 1 : 0;
     }
   }
   const double most = options.max_surface * cv::countNonZero(depth > 0.0);
   for (std::size_t k = 0; k < surfaces.sizes.size(); ++k) {
     const int size = surfaces.sizes[k], surface = static_cast<int>(k);
     if (size < options.min_surface || size > most || 2 * stand[k] > size) continue;
-    const bool moves = 2 * moved[k] > size || (clues.moved && clues.moved(surfaces, surface, mask));
+    const bool moves =
+        2 * moved[k] > size || (history.moved && history.moved(surfaces, surface, mask));
     if (moves) mask.setTo(kSurface, surfaces.labels == surface);
   }
 }
@@ -320,16 +321,16 @@ PosedDepth::PosedDepth(Stamp time, const cv::Mat& depth_grid, const Pose& T)
   }
 }
 
-cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
-                   const DepthGrid& grid, const DepthNoise& noise,
-                   const MovingObjectOptions& options, const SurfaceClues& clues) {
-  HIGHWALL_REQUIRE(clues.moving.empty() || (clues.moving.size() == view.depth.size() &&
-                                            clues.depth.size() == view.depth.size()),
-                   "FindMoving: SurfaceClues::depth and moving must be grids as the view's");
+cv::Mat FindDynamic(const PosedDepth& view, std::span<const PosedDepth> references,
+                    const DepthGrid& grid, const DepthNoise& noise,
+                    const DynamicObjectOptions& options, const SurfaceHistory& history) {
+  HIGHWALL_REQUIRE(history.moving.empty() || (history.moving.size() == view.depth.size() &&
+                                              history.depth.size() == view.depth.size()),
+                   "FindDynamic: SurfaceHistory::depth and moving must be grids as the view's");
   const Verdicts verdicts = Label(view, references, grid, Margin(noise), options);
   cv::Mat mask = cv::Mat::zeros(view.depth.size(), CV_8UC1);
   MarkClusters(view.depth, verdicts, mask);
-  MarkSurfaces(view.depth, verdicts.labels, clues, options, mask);
+  MarkSurfaces(view.depth, verdicts.labels, history, options, mask);
   const int masked = cv::countNonZero(mask);
   if (masked == 0 || masked > options.max_share * cv::countNonZero(view.depth > 0.0)) return {};
   return mask;
@@ -355,14 +356,14 @@ cv::Mat Standing(const cv::Mat& depth, const cv::Mat& moving) {
   return standing;
 }
 
-MovingObjects::MovingObjects(const PinholeCamera& camera, const DepthNoise& noise,
-                             const MovingObjectOptions& options)
+DynamicObjects::DynamicObjects(const PinholeCamera& camera, const DepthNoise& noise,
+                               const DynamicObjectOptions& options)
     : grid_(camera), noise_(noise), options_(options) {
   options_.Validate();
 }
 
-cv::Mat MovingObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const Map& map,
-                            SubmapId submap, const SurfaceTest& moved) const {
+cv::Mat DynamicObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const Map& map,
+                             SubmapId submap, const SurfaceTest& moved) const {
   if (!options_.enabled || depth.empty()) return {};
   std::vector<PosedDepth> references;
   for (const Remembered& remembered : recent_) {
@@ -371,16 +372,16 @@ cv::Mat MovingObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
     references.push_back(remembered.view);
     references.back().T_WC = remembered.pose.T_WC(map);
   }
-  SurfaceClues clues{.moved = moved};
+  SurfaceHistory history{.moved = moved};
   if (stamp > before_ && stamp - before_ <= FromSeconds(options_.interval)) {
-    clues.depth = depth_before_;
-    clues.moving = moving_before_;
+    history.depth = depth_before_;
+    history.moving = moving_before_;
   }
-  return FindMoving(PosedDepth(stamp, depth, T_WC), references, grid_, noise_, options_, clues);
+  return FindDynamic(PosedDepth(stamp, depth, T_WC), references, grid_, noise_, options_, history);
 }
 
-void MovingObjects::Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
-                             const cv::Mat& moving, KeyFrameId reference, const Map& map) {
+void DynamicObjects::Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
+                              const cv::Mat& moving, KeyFrameId reference, const Map& map) {
   if (!options_.enabled || depth.empty()) return;
   before_ = stamp;
   depth_before_ = depth;

@@ -1,4 +1,4 @@
-#include "loops/depth_pattern_finder.h"
+#include "loops/depth_distortion_estimator.h"
 
 #include <cmath>
 #include <memory>
@@ -9,11 +9,11 @@
 
 #include <highwall/core/error.h>
 
-#include "features/mended_depth.h"
+#include "features/corrected_depth.h"
 #include "local/bundle_adjustment.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall::depth_pattern_finder_test {
+namespace highwall::depth_distortion_estimator_test {
 namespace {
 
 using testing::IdealSensor;
@@ -22,7 +22,7 @@ using testing::Scene;
 using testing::SceneMap;
 using testing::UniformInBox;
 
-const DepthPatternOptions kLockstep{.background = false};
+const DepthPatternOptions kSynchronous{.background = false};
 const BundleAdjustmentOptions kBundle{.threads = 1};
 
 // Returns a pattern by which depth reads too short on the left of the image, and too long on the
@@ -85,7 +85,7 @@ class Walk {
   std::vector<Pose> truth_;
 };
 
-TEST(Mended, TakesThePatternOffDepthAndEndsAtTheirPixelsOfTheImageAsItIsStored) {
+TEST(CorrectedDepth, TakesThePatternOffDepthAndEndsAtTheirPixelsOfTheImageAsItIsStored) {
   PinholeCamera camera = IdealSensor().camera;
   camera.k1 = -0.2;  // at the edge distortion moves a pixel far
   const PinholeCamera undistorted = camera.WithoutDistortion();
@@ -105,15 +105,15 @@ TEST(Mended, TakesThePatternOffDepthAndEndsAtTheirPixelsOfTheImageAsItIsStored) 
   features.lines[0].segment_C.emplace();
   features.lines[0].segment_C->p_C = p / (1.0 + p.z() * off(p));
   features.lines[0].segment_C->q_C = q / (1.0 + q.z() * off(q));
-  const auto mended = Mended(features, camera, pattern);
-  EXPECT_NEAR(mended->points[0].depth, p.z(), 1e-12);
-  EXPECT_EQ(mended->points[1].depth, 0.0);
-  EXPECT_LT((mended->lines[0].segment_C->p_C - p).norm(), 1e-12);
-  EXPECT_LT((mended->lines[0].segment_C->q_C - q).norm(), 1e-12);
-  EXPECT_FALSE(mended->lines[1].segment_C);
+  const auto corrected = CorrectedDepth(features, camera, pattern);
+  EXPECT_NEAR(corrected->points[0].depth, p.z(), 1e-12);
+  EXPECT_EQ(corrected->points[1].depth, 0.0);
+  EXPECT_LT((corrected->lines[0].segment_C->p_C - p).norm(), 1e-12);
+  EXPECT_LT((corrected->lines[0].segment_C->q_C - q).norm(), 1e-12);
+  EXPECT_FALSE(corrected->lines[1].segment_C);
 }
 
-TEST(DepthPatternFinder, FindsThePatternAndMendsTheMap) {
+TEST(DepthDistortionEstimator, FindsThePatternAndMendsTheMap) {
   const DepthPattern truth = Tilted();
   // Reports of an adjustment where depth is correct, and where it is distorted.
   Walk right(DepthPattern{}), bent(truth);
@@ -126,7 +126,7 @@ TEST(DepthPatternFinder, FindsThePatternAndMendsTheMap) {
     Walk walk(truth);
     const KeyFrameId fourth = walk.map.keyframe_ids()[3];
     const double before = walk.map.keyframe(fourth)->frame.features->points[0].depth;
-    DepthPatternFinder finder(walk.camera, {.background = background}, kBundle);
+    DepthDistortionEstimator finder(walk.camera, {.background = background}, kBundle);
     EXPECT_TRUE(finder.pattern().IsZero());
     finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
     ASSERT_TRUE(finder.Finish(&walk.map));
@@ -140,10 +140,10 @@ TEST(DepthPatternFinder, FindsThePatternAndMendsTheMap) {
   }
 }
 
-TEST(DepthPatternFinder, LeavesAMapWhoseDepthIsRightAsItIs) {
+TEST(DepthDistortionEstimator, LeavesAMapWhoseDepthIsRightAsItIs) {
   Walk walk(DepthPattern{});
   const double error = walk.Error();
-  DepthPatternFinder finder(walk.camera, kLockstep, kBundle);
+  DepthDistortionEstimator finder(walk.camera, kSynchronous, kBundle);
   finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
   EXPECT_FALSE(finder.HasResult());
   EXPECT_FALSE(finder.Finish(&walk.map));
@@ -151,9 +151,9 @@ TEST(DepthPatternFinder, LeavesAMapWhoseDepthIsRightAsItIs) {
   EXPECT_EQ(walk.Error(), error);
 }
 
-TEST(DepthPatternFinder, WaitsForKeyframesOfItsOwnRunAndForMoreOfThemTheNextTime) {
+TEST(DepthDistortionEstimator, WaitsForKeyframesOfItsOwnRunAndForMoreOfThemTheNextTime) {
   Walk walk(Tilted());
-  DepthPatternFinder finder(walk.camera, kLockstep, kBundle);
+  DepthDistortionEstimator finder(walk.camera, kSynchronous, kBundle);
   const KeyFrameId fifth = walk.map.keyframe_ids()[4];
   finder.Begin(walk.map, walk.model, kFirstSubmap, fifth);  // eleven keyframes remain
   EXPECT_FALSE(finder.HasResult());
@@ -162,22 +162,22 @@ TEST(DepthPatternFinder, WaitsForKeyframesOfItsOwnRunAndForMoreOfThemTheNextTime
   finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);  // no more keyframes than before
   EXPECT_FALSE(finder.HasResult());
 
-  DepthPatternFinder off(walk.camera, {.enabled = false, .background = false}, kBundle);
+  DepthDistortionEstimator off(walk.camera, {.enabled = false, .background = false}, kBundle);
   off.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
   EXPECT_FALSE(off.HasResult());
 }
 
-TEST(DepthPatternFinder, MoreKeyframesTellAPatternThatIsKnownBetter) {
+TEST(DepthDistortionEstimator, MoreKeyframesTellAPatternThatIsKnownBetter) {
   const DepthPattern truth = Tilted();
   Walk first(truth, 12);
-  DepthPatternFinder finder(first.camera, kLockstep, kBundle);
+  DepthDistortionEstimator finder(first.camera, kSynchronous, kBundle);
   finder.Begin(first.map, first.model, kFirstSubmap, kNoId);
   ASSERT_TRUE(finder.Finish(&first.map));
   const DepthPattern left{truth.nodes - finder.pattern().nodes};
 
   // This walk alone could show a pattern by chance.
   Walk longer(left, 30);
-  DepthPatternFinder unaware(longer.camera, kLockstep, kBundle);
+  DepthDistortionEstimator unaware(longer.camera, kSynchronous, kBundle);
   unaware.Begin(longer.map, longer.model, kFirstSubmap, kNoId);
   EXPECT_FALSE(unaware.Finish(&longer.map));
 
@@ -186,9 +186,9 @@ TEST(DepthPatternFinder, MoreKeyframesTellAPatternThatIsKnownBetter) {
   EXPECT_LT(DepthPattern{truth.nodes - finder.pattern().nodes}.Rms(), 0.8 * left.Rms());
 }
 
-TEST(DepthPatternFinder, APatternIsNotReplacedByOneThatIsKnownLessWell) {
+TEST(DepthDistortionEstimator, APatternIsNotReplacedByOneThatIsKnownLessWell) {
   Walk first(Tilted(), 30);
-  DepthPatternFinder finder(first.camera, kLockstep, kBundle);
+  DepthDistortionEstimator finder(first.camera, kSynchronous, kBundle);
   finder.Begin(first.map, first.model, kFirstSubmap, kNoId);
   ASSERT_TRUE(finder.Finish(&first.map));
   const DepthPattern known = finder.pattern();
@@ -205,26 +205,26 @@ TEST(DepthPatternFinder, APatternIsNotReplacedByOneThatIsKnownLessWell) {
   EXPECT_FALSE(finder.Finish(&sparse.map));
   EXPECT_EQ(finder.pattern().nodes, known.nodes);
   // A finder without a known pattern estimates one.
-  DepthPatternFinder unaware(sparse.camera, kLockstep, kBundle);
+  DepthDistortionEstimator unaware(sparse.camera, kSynchronous, kBundle);
   unaware.Begin(sparse.map, sparse.model, kFirstSubmap, kNoId);
   EXPECT_TRUE(unaware.Finish(&sparse.map));
 }
 
-TEST(DepthPatternFinder, KeyframesThatWereGivenStayAsTheyAre) {
+TEST(DepthDistortionEstimator, KeyframesThatWereGivenStayAsTheyAre) {
   Walk walk(Tilted());
   const KeyFrameId second = walk.map.keyframe_ids()[1];
   const auto given = walk.map.keyframe(second)->frame.features;
-  DepthPatternFinder finder(walk.camera, kLockstep, kBundle);
+  DepthDistortionEstimator finder(walk.camera, kSynchronous, kBundle);
   finder.Begin(walk.map, walk.model, kFirstSubmap, second);
   ASSERT_TRUE(finder.Finish(&walk.map));
   EXPECT_EQ(walk.map.keyframe(second)->frame.features, given);
   EXPECT_NE(walk.map.keyframe(walk.map.keyframe_ids()[2])->frame.features, given);
 }
 
-TEST(DepthPatternFinder, WhatIsCancelledIsNotApplied) {
+TEST(DepthDistortionEstimator, WhatIsCancelledIsNotApplied) {
   Walk walk(Tilted());
   const double error = walk.Error();
-  DepthPatternFinder finder(walk.camera, {}, kBundle);
+  DepthDistortionEstimator finder(walk.camera, {}, kBundle);
   finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
   finder.Cancel();
   EXPECT_FALSE(finder.HasResult());
@@ -233,14 +233,14 @@ TEST(DepthPatternFinder, WhatIsCancelledIsNotApplied) {
   EXPECT_EQ(walk.Error(), error);
 }
 
-TEST(DepthPatternFinder, AMapWithoutDepthTellsNothing) {
+TEST(DepthDistortionEstimator, AMapWithoutDepthTellsNothing) {
   Walk walk(Tilted());
   for (const KeyFrameId id : walk.map.keyframe_ids()) {
     auto features = std::make_shared<FrameFeatures>(*walk.map.keyframe(id)->frame.features);
     for (PointFeature& feature : features->points) feature.depth = 0.0;
     walk.map.keyframe(id)->frame.features = features;
   }
-  DepthPatternFinder finder(walk.camera, kLockstep, kBundle);
+  DepthDistortionEstimator finder(walk.camera, kSynchronous, kBundle);
   finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
   EXPECT_FALSE(finder.Finish(&walk.map));
 }
@@ -252,4 +252,4 @@ TEST(DepthPatternOptions, AreValidated) {
 }
 
 }  // namespace
-}  // namespace highwall::depth_pattern_finder_test
+}  // namespace highwall::depth_distortion_estimator_test

@@ -14,7 +14,7 @@ class CostFunction;
 class LossFunction;
 }  // namespace ceres
 
-// User factors on the poses of the body: docs/own_factors.md.
+// User factors on the poses of the body: docs/user_factors.md.
 namespace [[gnu::visibility("default")]] highwall {
 
 // Reference frame F of user measurements: of a GPS, a building, a marker. Its pose is unknown, and
@@ -40,21 +40,21 @@ struct PoseFactor {
 };
 
 // A pose of the body anchored to a keyframe.
-struct CarriedPose {
+struct AnchoredBodyPose {
   KeyFrameId keyframe = kNoId;
   Pose T_KB;  // body pose in the camera frame of the keyframe
 };
 
 // A PoseFactor in a map.
 struct MapFactor {
-  std::vector<CarriedPose> poses;  // one per stamp; anchored to active keyframes of one world
+  std::vector<AnchoredBodyPose> poses;  // one per stamp; anchored to active keyframes of one world
   ReferenceFrameId frame = kNoId;
   std::shared_ptr<ceres::CostFunction> cost;
   std::shared_ptr<ceres::LossFunction> loss;
 };
 
 // The user factors of a map, and their reference frames.
-class OwnFactors {
+class UserFactors {
  public:
   ReferenceFrameId AddFrame(const ReferenceFrame& frame);
   void Add(MapFactor factor) { factors_.push_back(std::move(factor)); }

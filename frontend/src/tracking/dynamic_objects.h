@@ -26,7 +26,7 @@ struct PosedDepth {
   cv::Mat depth;     // CV_32FC1 [m], DepthGrid::Sample
   cv::Mat nearest;   // minimum depth of a cell and its neighbours; 0: too few have one
   cv::Mat farthest;  // maximum depth
-  cv::Mat moving;    // its dynamic mask (FindMoving), if known; may be empty
+  cv::Mat moving;    // its dynamic mask (FindDynamic), if known; may be empty
   Pose T_WC;
 };
 
@@ -36,7 +36,7 @@ using SurfaceTest =
     std::function<bool(const DepthSurfaces& surfaces, int surface, const cv::Mat& moving)>;
 
 // Evidence for the motion of whole surfaces, in addition to the depth of references.
-struct SurfaceClues {
+struct SurfaceHistory {
   cv::Mat depth{}, moving{};  // of the previous frame, and its dynamic mask; empty: unknown
   SurfaceTest moved{};        // may be empty
 };
@@ -50,9 +50,9 @@ struct SurfaceClues {
 // view, or behind a surface that is still there. Surfaces that have not been in place for long are
 // dynamic as well (254) if their landmarks have moved, or if most of their cells showed a dynamic
 // surface (254) in the previous frame.
-cv::Mat FindMoving(const PosedDepth& view, std::span<const PosedDepth> references,
-                   const DepthGrid& grid, const DepthNoise& noise,
-                   const MovingObjectOptions& options, const SurfaceClues& clues = {});
+cv::Mat FindDynamic(const PosedDepth& view, std::span<const PosedDepth> references,
+                    const DepthGrid& grid, const DepthNoise& noise,
+                    const DynamicObjectOptions& options, const SurfaceHistory& history = {});
 
 // Dilates a mask by one cell: at the border of a surface the sensor mixes both sides.
 cv::Mat WithBorder(const cv::Mat& cells);
@@ -62,14 +62,14 @@ cv::Mat WithBorder(const cv::Mat& cells);
 cv::Mat Standing(const cv::Mat& depth, const cv::Mat& moving);
 
 // Dynamic object detector: keeps the depth of the last seconds and finds changes against it.
-class MovingObjects {
+class DynamicObjects {
  public:
-  MovingObjects(const PinholeCamera& camera, const DepthNoise& noise,
-                const MovingObjectOptions& options);
+  DynamicObjects(const PinholeCamera& camera, const DepthNoise& noise,
+                 const DynamicObjectOptions& options);
 
   const DepthGrid& grid() const { return grid_; }
 
-  // Returns the dynamic mask of a frame, as FindMoving; depth: its grid, empty if it has none;
+  // Returns the dynamic mask of a frame, as FindDynamic; depth: its grid, empty if it has none;
   // submap: in whose world T_WC is. The frame itself may be among the references. moved: the test
   // of its landmarks, if available.
   cv::Mat Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC, const Map& map, SubmapId submap,
@@ -88,7 +88,7 @@ class MovingObjects {
 
   DepthGrid grid_;
   DepthNoise noise_;
-  MovingObjectOptions options_;
+  DynamicObjectOptions options_;
   std::deque<Remembered> recent_;
   // The previous frame.
   Stamp before_ = 0;

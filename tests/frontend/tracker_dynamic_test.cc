@@ -9,7 +9,7 @@
 #include "features/depth_grid.h"
 #include "tracker_fixture.h"
 
-namespace highwall::tracker_moving_test {
+namespace highwall::tracker_dynamic_test {
 namespace {
 
 using testing::IdealSensor;
@@ -125,7 +125,7 @@ class TrackerWithABoxInTheMap : public TrackerWithABox {
     all.points.insert(all.points.end(), marks.points.begin(), marks.points.end());
   }
   // Tracks frames 1 to 8.
-  std::vector<TrackedFrame> Run(const MovingObjectOptions& moving) {
+  std::vector<TrackedFrame> Run(const DynamicObjectOptions& moving) {
     Tracker tracker(model, {.moving = moving});
     SceneMap with_marks(all);
     TrackedFrame first;
@@ -171,4 +171,4 @@ TEST_F(TrackerWithABox, KeepsThemWhenTurnedOff) {
 }
 
 }  // namespace
-}  // namespace highwall::tracker_moving_test
+}  // namespace highwall::tracker_dynamic_test

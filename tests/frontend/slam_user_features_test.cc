@@ -16,7 +16,7 @@
 #include "support/rendered_walk.h"
 #include "support/temporary_directory.h"
 
-namespace highwall::slam_own_features_test {
+namespace highwall::slam_user_features_test {
 namespace {
 
 using testing::RenderedWalk;
@@ -24,7 +24,7 @@ using testing::RenderedWalk;
 // cv::BRISK's descriptors of 64 bytes, only on corners of the full-resolution image.
 class BriskPoints final : public PointExtractor {
  public:
-  const PointKind& kind() const override { return kind_; }
+  const FeatureType& kind() const override { return kind_; }
 
   ExtractedPoints Extract(const cv::Mat& gray) override {
     ExtractedPoints points;
@@ -36,12 +36,12 @@ class BriskPoints final : public PointExtractor {
   }
 
  private:
-  PointKind kind_{.name = "brisk", .columns = 64, .pyramid = {.levels = 1, .scale_factor = 2.0}};
+  FeatureType kind_{.name = "brisk", .columns = 64, .pyramid = {.levels = 1, .scale_factor = 2.0}};
   cv::Ptr<cv::FastFeatureDetector> corners_ = cv::FastFeatureDetector::create(15);
   cv::Ptr<cv::BRISK> brisk_ = cv::BRISK::create(15, 0);
 };
 
-class SlamOwnFeaturesTest : public ::testing::Test {
+class SlamUserFeaturesTest : public ::testing::Test {
  protected:
   static constexpr double kLap = 10.0, kSeconds = 15.0, kFps = 10.0;
 
@@ -85,9 +85,9 @@ class SlamOwnFeaturesTest : public ::testing::Test {
   static std::unique_ptr<const RenderedWalk> walk_;
 };
 
-std::unique_ptr<const RenderedWalk> SlamOwnFeaturesTest::walk_;
+std::unique_ptr<const RenderedWalk> SlamUserFeaturesTest::walk_;
 
-TEST_F(SlamOwnFeaturesTest, SiftTracksClosesTheLoopAndItsMapIsGoneOnIn) {
+TEST_F(SlamUserFeaturesTest, SiftTracksClosesTheLoopAndItsMapIsGoneOnIn) {
   SlamSystem slam(Sensor(), Options(PointDetector::kSift));
   int closed = 0;
   slam.SetCallbacks({.on_loop = [&](const LoopReport& report) {
@@ -98,12 +98,12 @@ TEST_F(SlamOwnFeaturesTest, SiftTracksClosesTheLoopAndItsMapIsGoneOnIn) {
   EXPECT_GE(closed, 1);
   // The bound is that for ORB, points and lines (slam_loop_test.cc).
   EXPECT_LT(Rmse(slam), 0.006);
-  EXPECT_EQ(slam.map().point_kind().name, "sift");
+  EXPECT_EQ(slam.map().feature_type().name, "sift");
 
   const testing::TemporaryDirectory folder;
   SaveMap(folder.path() / "sift.hwmap", Sensor().camera, slam.map());
   Map loaded = LoadMap(folder.path() / "sift.hwmap").map;
-  EXPECT_EQ(loaded.point_kind().name, "sift");
+  EXPECT_EQ(loaded.feature_type().name, "sift");
   const std::string message = testing::MessageOf<InvalidArgument>(
       [&] { SlamSystem(Sensor(), Options(PointDetector::kOrb), std::nullopt, loaded.Clone()); });
   EXPECT_EQ(message,
@@ -119,7 +119,7 @@ TEST_F(SlamOwnFeaturesTest, SiftTracksClosesTheLoopAndItsMapIsGoneOnIn) {
   EXPECT_LT(AbsolutePoseError(first, second).statistics.rmse, 0.005);
 }
 
-TEST_F(SlamOwnFeaturesTest, AMapIsGoneOnInWithThePyramidThatItWasMadeWith) {
+TEST_F(SlamUserFeaturesTest, AMapIsGoneOnInWithThePyramidThatItWasMadeWith) {
   const testing::TemporaryDirectory folder;
   Map map;
   map.AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
@@ -129,26 +129,26 @@ TEST_F(SlamOwnFeaturesTest, AMapIsGoneOnInWithThePyramidThatItWasMadeWith) {
   };
   FrameBuilderOptions coarse;
   coarse.orb.pyramid = {.levels = 4, .scale_factor = 1.5};
-  map.SetPointKind({});
+  map.SetFeatureType({});
   SaveMap(folder.path() / "map.hwmap", Sensor().camera, map);
   EXPECT_EQ(refusal(LoadMap(folder.path() / "map.hwmap").map, coarse),
             "SlamSystem: the points of the map are by orb in 8 levels of 1.2, those of its images "
             "would be by orb in 4 levels of 1.5");
 }
 
-TEST_F(SlamOwnFeaturesTest, AMapThatDoesNotSayItsPyramidIsTaken) {
+TEST_F(SlamUserFeaturesTest, AMapThatDoesNotSayItsPyramidIsTaken) {
   Map map;  // as from a file before version 4
   map.AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
   FrameBuilderOptions coarse;
   coarse.orb.pyramid.levels = 4;
   const SlamSystem slam(Sensor(), {.frame = coarse}, std::nullopt, std::move(map));
-  EXPECT_EQ(slam.map().point_kind().pyramid.levels, 4);
+  EXPECT_EQ(slam.map().feature_type().pyramid.levels, 4);
 }
 
 // An extractor that returns the same memory each time.
 class Reusing final : public PointExtractor {
  public:
-  const PointKind& kind() const override { return orb_.kind(); }
+  const FeatureType& kind() const override { return orb_.kind(); }
   ExtractedPoints Extract(const cv::Mat& gray) override {
     ExtractedPoints points = orb_.Extract(gray);
     cv::Mat own = descriptors_.rowRange(0, points.descriptors.rows);
@@ -162,7 +162,7 @@ class Reusing final : public PointExtractor {
   cv::Mat descriptors_ = cv::Mat(5000, 32, CV_8U);
 };
 
-TEST_F(SlamOwnFeaturesTest, AnExtractorMayUseTheMemoryOfItsDescriptorsAgain) {
+TEST_F(SlamUserFeaturesTest, AnExtractorMayUseTheMemoryOfItsDescriptorsAgain) {
   constexpr std::size_t kFrames = 10;
   SlamSystem built_in(Sensor(), Options(PointDetector::kOrb));
   SlamSystem given(Sensor(), Options(PointDetector::kOrb), std::nullopt, {},
@@ -180,7 +180,7 @@ TEST_F(SlamOwnFeaturesTest, AnExtractorMayUseTheMemoryOfItsDescriptorsAgain) {
   }
 }
 
-TEST_F(SlamOwnFeaturesTest, OrbThatIsGivenGivesTheSameBitForBit) {
+TEST_F(SlamUserFeaturesTest, OrbThatIsGivenGivesTheSameBitForBit) {
   constexpr std::size_t kFrames = 30;
   SlamSystem built_in(Sensor(), Options(PointDetector::kOrb));
   SlamSystem given(Sensor(), Options(PointDetector::kOrb), std::nullopt, {},
@@ -192,24 +192,24 @@ TEST_F(SlamOwnFeaturesTest, OrbThatIsGivenGivesTheSameBitForBit) {
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i].pose.Matrix(), b[i].pose.Matrix());
 }
 
-TEST_F(SlamOwnFeaturesTest, AnExtractorOfTheUsersIsTracked) {
+TEST_F(SlamUserFeaturesTest, AnExtractorOfTheUsersIsTracked) {
   constexpr std::size_t kFrames = 60;
   SlamSystem slam(Sensor(), Options(PointDetector::kOrb), std::nullopt, {},
                   std::make_shared<BriskPoints>());
   EXPECT_EQ(Walk(slam, 0, kFrames), 0);
-  EXPECT_EQ(slam.map().point_kind().name, "brisk");
+  EXPECT_EQ(slam.map().feature_type().name, "brisk");
   EXPECT_EQ(slam.trajectory().size(), kFrames);
   EXPECT_LT(Rmse(slam), 0.02);
 }
 
-TEST_F(SlamOwnFeaturesTest, WhatAnExtractorThrowsComesOutOfTrack) {
+TEST_F(SlamUserFeaturesTest, WhatAnExtractorThrowsComesOutOfTrack) {
   class Broken final : public PointExtractor {
    public:
-    const PointKind& kind() const override { return kind_; }
+    const FeatureType& kind() const override { return kind_; }
     ExtractedPoints Extract(const cv::Mat&) override { throw std::runtime_error("no battery"); }
 
    private:
-    PointKind kind_{.name = "broken"};
+    FeatureType kind_{.name = "broken"};
   };
   SlamSystem slam(Sensor(), {}, std::nullopt, {}, std::make_shared<Broken>());
   EXPECT_EQ(testing::MessageOf<std::runtime_error>([&] { slam.Track(walk_->images[0]); }),
@@ -217,4 +217,4 @@ TEST_F(SlamOwnFeaturesTest, WhatAnExtractorThrowsComesOutOfTrack) {
 }
 
 }  // namespace
-}  // namespace highwall::slam_own_features_test
+}  // namespace highwall::slam_user_features_test

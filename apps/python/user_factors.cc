@@ -1,4 +1,4 @@
-#include "own_factors.h"
+#include "user_factors.h"
 
 #include <pybind11/eigen.h>
 
@@ -51,7 +51,7 @@ void AddFactor(Slam& self, std::vector<Stamp> stamps, const py::object& factor,
   self.Call([&](SlamSystem& slam) { slam.AddFactor(std::move(added)); });
 }
 
-void BindOwnFactors(py::module_& module) {
+void BindUserFactors(py::module_& module) {
   py::class_<PositionFactor, ceres::CostFunction, std::shared_ptr<PositionFactor>>(
       module, "PositionFactor",
       "Of a Pose T_WB and the Pose T_GW of the world in the frame of the measurements: "

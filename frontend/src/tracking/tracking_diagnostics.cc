@@ -1,4 +1,4 @@
-#include "tracking/loss_clues.h"
+#include "tracking/tracking_diagnostics.h"
 
 #include <algorithm>
 
@@ -14,14 +14,14 @@ constexpr double kBlurred = 0.5;
 
 }  // namespace
 
-LossReason ReasonOf(const FrameFeatures& features, const LossClues& clues,
+LossReason ReasonOf(const FrameFeatures& features, const TrackingDiagnostics& diagnostics,
                     const FeatureNeeds& needs) {
   const auto with_depth = [](const auto& all, const auto& has_depth) {
     return static_cast<std::size_t>(std::count_if(all.begin(), all.end(), has_depth));
   };
   const auto min_features = static_cast<std::size_t>(needs.min_features);
   const auto sound = std::count_if(features.points.begin(), features.points.end(),
-                                   [](const PointFeature& p) { return !p.faint; });
+                                   [](const PointFeature& p) { return !p.low_contrast; });
   if (Support(static_cast<std::size_t>(sound), features.lines.size()) < min_features) {
     if (features.brightness < kDark * needs.min_corner) return LossReason::kDark;
     if (features.sharpness < kBlurred * needs.usual_sharpness) return LossReason::kBlurred;
@@ -33,12 +33,12 @@ LossReason ReasonOf(const FrameFeatures& features, const LossClues& clues,
               })) < min_features) {
     return LossReason::kNoDepth;
   }
-  if (clues.set_aside > 0.5) return LossReason::kAllMoving;
-  if (clues.shift > needs.searched) return LossReason::kTooFast;
-  if (clues.tried > 2 * std::max(clues.agreed, needs.min_features / 10)) {
+  if (diagnostics.masked_share > 0.5) return LossReason::kAllMoving;
+  if (diagnostics.shift > needs.searched) return LossReason::kTooFast;
+  if (diagnostics.tried > 2 * std::max(diagnostics.agreed, needs.min_features / 10)) {
     return LossReason::kContradictory;
   }
-  return clues.predicted ? LossReason::kDeadReckoning : LossReason::kUnknownPlace;
+  return diagnostics.predicted ? LossReason::kDeadReckoning : LossReason::kUnknownPlace;
 }
 
 }  // namespace highwall

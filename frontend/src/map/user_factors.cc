@@ -1,4 +1,4 @@
-#include <highwall/frontend/map/own_factors.h>
+#include <highwall/frontend/map/user_factors.h>
 
 #include <algorithm>
 #include <functional>
@@ -26,32 +26,32 @@ void PoseFactor::Validate() const {
                        " blocks of 7: a pose T_WB for each stamp, and T_FW where there is a frame");
 }
 
-ReferenceFrameId OwnFactors::AddFrame(const ReferenceFrame& frame) {
+ReferenceFrameId UserFactors::AddFrame(const ReferenceFrame& frame) {
   frames_.push_back({frame, {}});
   return ReferenceFrameId(frames_.size() - 1);
 }
 
-const OwnFactors::Frame& OwnFactors::At(ReferenceFrameId id) const {
-  HIGHWALL_REQUIRE(id.index() < frames_.size(), "OwnFactors: there is no such frame");
+const UserFactors::Frame& UserFactors::At(ReferenceFrameId id) const {
+  HIGHWALL_REQUIRE(id.index() < frames_.size(), "UserFactors: there is no such frame");
   return frames_[id.index()];
 }
 
-const ReferenceFrame& OwnFactors::frame(ReferenceFrameId id) const {
+const ReferenceFrame& UserFactors::frame(ReferenceFrameId id) const {
   return At(id).frame;
 }
 
-std::optional<Pose> OwnFactors::T_FW(ReferenceFrameId id, SubmapId root) const {
+std::optional<Pose> UserFactors::T_FW(ReferenceFrameId id, SubmapId root) const {
   const auto& places = At(id).T_FW;
   const auto found = places.find(root);
   return found != places.end() ? std::optional(found->second) : std::nullopt;
 }
 
-void OwnFactors::Place(ReferenceFrameId id, SubmapId root, const Pose& T_FW) {
+void UserFactors::Place(ReferenceFrameId id, SubmapId root, const Pose& T_FW) {
   (void)At(id);  // throws if there is none
   frames_[id.index()].T_FW[root] = T_FW;
 }
 
-std::map<ReferenceFrameId, Pose> OwnFactors::PlacesIn(SubmapId root) const {
+std::map<ReferenceFrameId, Pose> UserFactors::PlacesIn(SubmapId root) const {
   std::map<ReferenceFrameId, Pose> places;
   for (const ReferenceFrameId id : frames()) {
     if (const auto place = T_FW(id, root)) places.emplace(id, *place);
@@ -59,35 +59,35 @@ std::map<ReferenceFrameId, Pose> OwnFactors::PlacesIn(SubmapId root) const {
   return places;
 }
 
-std::vector<ReferenceFrameId> OwnFactors::frames() const {
+std::vector<ReferenceFrameId> UserFactors::frames() const {
   std::vector<ReferenceFrameId> ids;
   for (std::size_t i = 0; i < frames_.size(); ++i) ids.emplace_back(i);
   return ids;
 }
 
-void OwnFactors::Carry(KeyFrameId from, KeyFrameId to, const Pose& T_to_from) {
+void UserFactors::Carry(KeyFrameId from, KeyFrameId to, const Pose& T_to_from) {
   for (MapFactor& factor : factors_) {
-    for (CarriedPose& pose : factor.poses) {
+    for (AnchoredBodyPose& pose : factor.poses) {
       if (pose.keyframe == from) pose = {to, T_to_from * pose.T_KB};
     }
   }
 }
 
-void OwnFactors::Remove(KeyFrameId keyframe) {
+void UserFactors::Remove(KeyFrameId keyframe) {
   std::erase_if(factors_, [&](const MapFactor& factor) {
-    return std::ranges::any_of(factor.poses,
-                               [&](const CarriedPose& pose) { return pose.keyframe == keyframe; });
+    return std::ranges::any_of(
+        factor.poses, [&](const AnchoredBodyPose& pose) { return pose.keyframe == keyframe; });
   });
 }
 
-void OwnFactors::Transform(SubmapId root, const Pose& T_new_old) {
+void UserFactors::Transform(SubmapId root, const Pose& T_new_old) {
   for (Frame& frame : frames_) {
     const auto found = frame.T_FW.find(root);
     if (found != frame.T_FW.end()) found->second = found->second * T_new_old.Inverse();
   }
 }
 
-void OwnFactors::Join(SubmapId root, SubmapId other) {
+void UserFactors::Join(SubmapId root, SubmapId other) {
   for (Frame& frame : frames_) {
     const auto found = frame.T_FW.find(other);
     if (found == frame.T_FW.end()) continue;

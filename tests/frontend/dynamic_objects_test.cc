@@ -4,9 +4,9 @@
 #include <opencv2/core.hpp>
 
 #include "box_world.h"
-#include "tracking/moving_objects.h"
+#include "tracking/dynamic_objects.h"
 
-namespace highwall::moving_objects_test {
+namespace highwall::dynamic_objects_test {
 namespace {
 
 using testing::AddNoise;
@@ -25,7 +25,7 @@ const Box kPole{{0.6, -1.0, 1.5}, {0.64, 1.0, 1.54}};  // stands
 const Box kChest{{-1.3, 0.4, 2.0}, {-0.7, 1.0, 2.5}};  // stands
 const Box kPerson{{-0.25, -0.6, 2.2}, {0.25, 1.0, 2.5}};
 
-class FindMovingTest : public ::testing::Test {
+class FindDynamicTest : public ::testing::Test {
  protected:
   // Returns the room at instant i = 0 .. kReferences, the last one being that of the view.
   PosedDepth See(int i, const Eigen::Vector3d& velocity, const Pose& T_WC) {
@@ -44,7 +44,7 @@ class FindMovingTest : public ::testing::Test {
       T_WC = T_WC * step;
     }
     last = T_WC;
-    return FindMoving(See(kReferences, velocity, T_WC), references, grid, noise, {});
+    return FindDynamic(See(kReferences, velocity, T_WC), references, grid, noise, {});
   }
   // Returns the cells that show the person at its last position.
   cv::Mat PersonCells() const {
@@ -83,11 +83,11 @@ TEST(PosedDepth, HoldsWhatIsNearestAndFarthestAroundACellButAtTheBorder) {
   EXPECT_EQ(cv::norm(posed.farthest, farthest, cv::NORM_INF), 0.0) << posed.farthest;
 }
 
-TEST_F(FindMovingTest, NothingMovesInAStillRoomWithNoise) {
+TEST_F(FindDynamicTest, NothingMovesInAStillRoomWithNoise) {
   for (int i = 0; i < 5; ++i) EXPECT_TRUE(Find(Eigen::Vector3d::Zero()).empty()) << i;
 }
 
-TEST_F(FindMovingTest, NothingMovesWhenTheCameraAloneDoes) {
+TEST_F(FindDynamicTest, NothingMovesWhenTheCameraAloneDoes) {
   for (const Pose& step :
        {Pose::FromTangent({0.1, 0, 0}, {0, 0, 0}), Pose::FromTangent({0, 0, 0.15}, {0, 0, 0}),
         Pose::FromTangent({-0.05, 0.02, 0}, {0.01, 0.08, 0.02})}) {
@@ -95,53 +95,53 @@ TEST_F(FindMovingTest, NothingMovesWhenTheCameraAloneDoes) {
   }
 }
 
-TEST_F(FindMovingTest, NothingMovesWhereThePoseIsALittleWrong) {
+TEST_F(FindDynamicTest, NothingMovesWhereThePoseIsALittleWrong) {
   // The error is a third of a cell at the edges of pole, chest and person.
   std::vector<PosedDepth> references;
   for (int i = 0; i < kReferences; ++i) references.push_back(See(i, {0, 0, 0}, Pose()));
   PosedDepth view = See(kReferences, {0, 0, 0}, Pose());
   view.T_WC = Pose::FromTangent({0.01, 0.0, 0.01}, {0.0, 0.005, 0.0});
-  EXPECT_TRUE(FindMoving(view, references, grid, noise, {}).empty());
+  EXPECT_TRUE(FindDynamic(view, references, grid, noise, {}).empty());
 }
 
-TEST_F(FindMovingTest, APersonWhoCrossesIsMasked) {
+TEST_F(FindDynamicTest, APersonWhoCrossesIsMasked) {
   const cv::Mat mask = Find({0.6, 0, 0});
   ASSERT_FALSE(mask.empty());
   EXPECT_GT(Covered(mask, true), 0.9);
   EXPECT_LT(Covered(mask, false), 0.05);  // the border is one cell wide
 }
 
-TEST_F(FindMovingTest, APersonWhoCrossesBeforeAMovingCameraIsMasked) {
+TEST_F(FindDynamicTest, APersonWhoCrossesBeforeAMovingCameraIsMasked) {
   const cv::Mat mask = Find({0.6, 0, 0}, Pose::FromTangent({0, 0, 0.05}, {0, 0.01, 0}));
   ASSERT_FALSE(mask.empty());
   EXPECT_GT(Covered(mask, true), 0.9);
   EXPECT_LT(Covered(mask, false), 0.08);
 }
 
-TEST_F(FindMovingTest, APersonWhoComesNearerIsMasked) {
+TEST_F(FindDynamicTest, APersonWhoComesNearerIsMasked) {
   const cv::Mat mask = Find({0, 0, -0.3});
   ASSERT_FALSE(mask.empty());
   EXPECT_GT(Covered(mask, true), 0.9);
 }
 
-TEST_F(FindMovingTest, APersonWhoWalksAheadOfTheCameraIsMasked) {
+TEST_F(FindDynamicTest, APersonWhoWalksAheadOfTheCameraIsMasked) {
   // The person is hidden behind its former position, which the view sees through.
   const cv::Mat mask = Find({0, 0, 0.3}, Pose::FromTangent({0, 0, 0.15}, {0, 0, 0}));
   ASSERT_FALSE(mask.empty());
   EXPECT_GT(Covered(mask, true), 0.8);
 }
 
-TEST_F(FindMovingTest, WhatWillHaveLeftIsMaskedInHindsight) {
+TEST_F(FindDynamicTest, WhatWillHaveLeftIsMaskedInHindsight) {
   std::vector<PosedDepth> later;
   for (int i = 1; i <= kReferences; ++i) {
     later.push_back(See(kReferences + i, {0.6, 0, 0}, Pose()));
   }
-  const cv::Mat mask = FindMoving(See(kReferences, {0.6, 0, 0}, Pose()), later, grid, noise, {});
+  const cv::Mat mask = FindDynamic(See(kReferences, {0.6, 0, 0}, Pose()), later, grid, noise, {});
   ASSERT_FALSE(mask.empty());
   EXPECT_GT(Covered(mask, true), 0.9);
 }
 
-TEST_F(FindMovingTest, WhatMovedAMomentAgoMovesStill) {
+TEST_F(FindDynamicTest, WhatMovedAMomentAgoMovesStill) {
   // The person is too slow to leave its own place between the references, but was marked as moving.
   std::vector<PosedDepth> references;
   for (int i = 0; i < 3; ++i) {
@@ -150,14 +150,14 @@ TEST_F(FindMovingTest, WhatMovedAMomentAgoMovesStill) {
     references.back().moving = PersonCells();  // 255 each
   }
   const PosedDepth view = See(kReferences, {0, 0, 0}, Pose());
-  const cv::Mat mask = FindMoving(view, references, grid, noise, {.settled = 1.6});
+  const cv::Mat mask = FindDynamic(view, references, grid, noise, {.settled = 1.6});
   ASSERT_FALSE(mask.empty());
   EXPECT_GT(Covered(mask, true), 0.9);
   // This ends when it has been in place for long enough.
-  EXPECT_TRUE(FindMoving(view, references, grid, noise, {.settled = 0.4}).empty());
+  EXPECT_TRUE(FindDynamic(view, references, grid, noise, {.settled = 0.4}).empty());
 }
 
-TEST_F(FindMovingTest, WhatHasComeToRestStands) {
+TEST_F(FindDynamicTest, WhatHasComeToRestStands) {
   std::vector<PosedDepth> references;
   for (int i = 0; i < kReferences; ++i) {
     const bool walks = i < 3;
@@ -165,28 +165,28 @@ TEST_F(FindMovingTest, WhatHasComeToRestStands) {
     references.back().stamp = i * kStep;
   }
   EXPECT_TRUE(
-      FindMoving(See(kReferences, {0.6, 0, 0}, Pose()), references, grid, noise, {}).empty());
+      FindDynamic(See(kReferences, {0.6, 0, 0}, Pose()), references, grid, noise, {}).empty());
 }
 
-TEST_F(FindMovingTest, AWrongPoseIsNotTakenForAMovingWorld) {
+TEST_F(FindDynamicTest, AWrongPoseIsNotTakenForAMovingWorld) {
   std::vector<PosedDepth> references;
   for (int i = 0; i < kReferences; ++i) references.push_back(See(i, {0, 0, 0}, Pose()));
   PosedDepth view = See(kReferences, {0, 0, 0}, Pose());
   view.T_WC = Pose::FromTangent({0, -0.25, -0.5}, {0, 0, 0});  // everything is nearer than it was
-  EXPECT_TRUE(FindMoving(view, references, grid, noise, {}).empty());
-  EXPECT_FALSE(FindMoving(view, references, grid, noise, {.max_share = 1.0}).empty());
+  EXPECT_TRUE(FindDynamic(view, references, grid, noise, {}).empty());
+  EXPECT_FALSE(FindDynamic(view, references, grid, noise, {.max_share = 1.0}).empty());
 }
 
-TEST_F(FindMovingTest, NothingIsKnownWithoutReferencesOrDepth) {
-  EXPECT_TRUE(FindMoving(See(0, {0, 0, 0}, Pose()), {}, grid, noise, {}).empty());
+TEST_F(FindDynamicTest, NothingIsKnownWithoutReferencesOrDepth) {
+  EXPECT_TRUE(FindDynamic(See(0, {0, 0, 0}, Pose()), {}, grid, noise, {}).empty());
   const PosedDepth dark(0, cv::Mat::zeros(60, 80, CV_32FC1), Pose());
   const std::vector<PosedDepth> references(3, See(0, {0, 0, 0}, Pose()));
-  EXPECT_TRUE(FindMoving(dark, references, grid, noise, {}).empty());
+  EXPECT_TRUE(FindDynamic(dark, references, grid, noise, {}).empty());
   const std::vector<PosedDepth> none(3, dark);
-  EXPECT_TRUE(FindMoving(See(0, {0, 0, 0}, Pose()), none, grid, noise, {}).empty());
+  EXPECT_TRUE(FindDynamic(See(0, {0, 0, 0}, Pose()), none, grid, noise, {}).empty());
 }
 
-TEST_F(FindMovingTest, WhatIsUncoveredIsNotRememberedAsMoving) {
+TEST_F(FindDynamicTest, WhatIsUncoveredIsNotRememberedAsMoving) {
   // A person stood in front of the wall in all references and has left. The wall behind could be a
   // person who walks away as well, but must not be marked as moving because it did so before.
   std::vector<PosedDepth> references;
@@ -195,15 +195,15 @@ TEST_F(FindMovingTest, WhatIsUncoveredIsNotRememberedAsMoving) {
   empty.boxes = {kPole, kChest};
   const cv::Mat depth = grid.Sample(DepthOf(empty, Camera(), Pose()), 0.3, 8.0);
   const cv::Mat mask =
-      FindMoving({kReferences * kStep, depth, Pose()}, references, grid, noise, {});
+      FindDynamic({kReferences * kStep, depth, Pose()}, references, grid, noise, {});
   ASSERT_FALSE(mask.empty());
   EXPECT_EQ(cv::countNonZero(mask == 255), 0);
 }
 
 // A panel hangs in front of the wall; no reference is old enough to show that it is static.
-class FindMovingSurfaces : public FindMovingTest {
+class FindDynamicSurfaces : public FindDynamicTest {
  protected:
-  FindMovingSurfaces() : view(SeePanel(0.0, 3 * kStep)) {
+  FindDynamicSurfaces() : view(SeePanel(0.0, 3 * kStep)) {
     for (int i = 0; i < 3; ++i) references.push_back(SeePanel(0.0, i * kStep));
     const PosedDepth wall(0, grid.Sample(DepthOf({}, Camera(), Pose()), 0.3, 8.0), Pose());
     panel = view.depth < wall.depth - 0.1;
@@ -213,8 +213,9 @@ class FindMovingSurfaces : public FindMovingTest {
     world.boxes = {Box{{-0.3, -0.5, 1.5}, {0.3, 0.3, 1.6}}.MovedBy({x, 0, 0})};
     return {stamp, grid.Sample(DepthOf(world, Camera(), Pose()), 0.3, 8.0), Pose()};
   }
-  cv::Mat Find(const SurfaceClues& clues, const MovingObjectOptions& options = {.settled = 2.0}) {
-    return FindMoving(view, references, grid, noise, options, clues);
+  cv::Mat Find(const SurfaceHistory& history,
+               const DynamicObjectOptions& options = {.settled = 2.0}) {
+    return FindDynamic(view, references, grid, noise, options, history);
   }
   // Returns a test that accepts the surface with the middle of the panel, and no other.
   SurfaceTest PanelMoved() {
@@ -230,7 +231,7 @@ class FindMovingSurfaces : public FindMovingTest {
   int asked = 0;
 };
 
-TEST_F(FindMovingSurfaces, MoveWhereTheirLandmarksDo) {
+TEST_F(FindDynamicSurfaces, MoveWhereTheirLandmarksDo) {
   EXPECT_TRUE(Find({}).empty());
   const cv::Mat mask = Find({.moved = PanelMoved()});
   ASSERT_FALSE(mask.empty());
@@ -240,27 +241,27 @@ TEST_F(FindMovingSurfaces, MoveWhereTheirLandmarksDo) {
   EXPECT_TRUE(Find({.moved = PanelMoved()}, {.settled = 2.0, .max_surface = 0.05}).empty());
 }
 
-TEST_F(FindMovingSurfaces, StandWhereTheyHaveBeenForLong) {
+TEST_F(FindDynamicSurfaces, StandWhereTheyHaveBeenForLong) {
   EXPECT_TRUE(Find({.moved = PanelMoved()}, {.settled = 1.0}).empty());
 }
 
-TEST_F(FindMovingSurfaces, MoveOnAfterTheFrameBefore) {
+TEST_F(FindDynamicSurfaces, MoveOnAfterTheFrameBefore) {
   const PosedDepth before = SeePanel(-0.05, 0);
-  SurfaceClues clues{.depth = before.depth, .moving = (before.depth < 2.0) - 1};  // 254
-  EXPECT_EQ(cv::countNonZero((Find(clues) == 254) != panel), 0);
-  EXPECT_TRUE(Find(clues, {.settled = 1.0}).empty()) << "until it has been in place for long";
-  clues.moving = before.depth < 2.0;  // by references alone, which mark it again
-  EXPECT_TRUE(Find(clues).empty());
-  clues.moving = (SeePanel(-0.45, 0).depth < 2.0) - 1;  // of something else next to it
-  EXPECT_TRUE(Find(clues).empty());
-  clues.moving = (before.depth < 2.0) - 1;
-  clues.depth = clues.depth * 0.8;  // of something in front of it
-  EXPECT_TRUE(Find(clues).empty());
+  SurfaceHistory history{.depth = before.depth, .moving = (before.depth < 2.0) - 1};  // 254
+  EXPECT_EQ(cv::countNonZero((Find(history) == 254) != panel), 0);
+  EXPECT_TRUE(Find(history, {.settled = 1.0}).empty()) << "until it has been in place for long";
+  history.moving = before.depth < 2.0;  // by references alone, which mark it again
+  EXPECT_TRUE(Find(history).empty());
+  history.moving = (SeePanel(-0.45, 0).depth < 2.0) - 1;  // of something else next to it
+  EXPECT_TRUE(Find(history).empty());
+  history.moving = (before.depth < 2.0) - 1;
+  history.depth = history.depth * 0.8;  // of something in front of it
+  EXPECT_TRUE(Find(history).empty());
 }
 
-class MovingObjectsTest : public ::testing::Test {
+class DynamicObjectsTest : public ::testing::Test {
  protected:
-  MovingObjectsTest() {
+  DynamicObjectsTest() {
     Frame frame;
     frame.features = std::make_shared<const FrameFeatures>();
     keyframe = map.AddKeyFrame(frame, Pose()).id;
@@ -274,10 +275,10 @@ class MovingObjectsTest : public ::testing::Test {
 
   Map map;
   KeyFrameId keyframe = kNoId;
-  MovingObjects moving{Camera(), DepthNoise(), {}};
+  DynamicObjects moving{Camera(), DepthNoise(), {}};
 };
 
-TEST_F(MovingObjectsTest, FindsWhatMovedInTheLastSeconds) {
+TEST_F(DynamicObjectsTest, FindsWhatMovedInTheLastSeconds) {
   for (int i = 0; i < 16; ++i) {
     moving.Remember(i * Stamp{250'000'000}, See(0.125 * i - 1.2), Pose(), {}, keyframe, map);
   }
@@ -286,7 +287,7 @@ TEST_F(MovingObjectsTest, FindsWhatMovedInTheLastSeconds) {
       << "of a loaded map";
 }
 
-TEST_F(MovingObjectsTest, ForgetsWhatIsLongAgo) {
+TEST_F(DynamicObjectsTest, ForgetsWhatIsLongAgo) {
   moving.Remember(0, See(0.0), Pose(), {}, keyframe, map);
   moving.Remember(600'000'000, See(0.0), Pose(), {}, keyframe, map);
   EXPECT_FALSE(moving.Find(700'000'000, See(0.8), Pose(), map, kFirstSubmap).empty());
@@ -294,7 +295,7 @@ TEST_F(MovingObjectsTest, ForgetsWhatIsLongAgo) {
   EXPECT_TRUE(moving.Find(20'100'000'000, See(0.8), Pose(), map, kFirstSubmap).empty());
 }
 
-TEST_F(MovingObjectsTest, FollowsTheKeyframesOfTheMap) {
+TEST_F(DynamicObjectsTest, FollowsTheKeyframesOfTheMap) {
   for (const Stamp stamp : {0L, 600'000'000L, 1'200'000'000L}) {
     moving.Remember(stamp, See(0.0), Pose(), {}, keyframe, map);
   }
@@ -304,7 +305,7 @@ TEST_F(MovingObjectsTest, FollowsTheKeyframesOfTheMap) {
   EXPECT_FALSE(moving.Find(1'300'000'000, See(0.8), T_new_old, map, kFirstSubmap).empty());
 }
 
-TEST_F(MovingObjectsTest, WhatWasSeenInAnotherWorldSaysNothing) {
+TEST_F(DynamicObjectsTest, WhatWasSeenInAnotherWorldSaysNothing) {
   for (const Stamp stamp : {0L, 600'000'000L}) {
     moving.Remember(stamp, See(0.0), Pose(), {}, keyframe, map);
   }
@@ -318,7 +319,7 @@ TEST_F(MovingObjectsTest, WhatWasSeenInAnotherWorldSaysNothing) {
       << "it is no more";
 }
 
-TEST_F(MovingObjectsTest, FollowsWhatMovedInTheFrameBefore) {
+TEST_F(DynamicObjectsTest, FollowsWhatMovedInTheFrameBefore) {
   // kPerson stands on the floor, and both form one surface with the wall; this box hangs.
   BoxWorld world;
   world.boxes = {Box{{-0.3, -0.5, 1.5}, {0.3, 0.3, 1.6}}};
@@ -332,12 +333,12 @@ TEST_F(MovingObjectsTest, FollowsWhatMovedInTheFrameBefore) {
   EXPECT_TRUE(moving.Find(50'000'000, depth, Pose(), map, kFirstSubmap).empty()) << "in hindsight";
 }
 
-TEST_F(MovingObjectsTest, FindsNothingWhenTurnedOff) {
-  MovingObjects off(Camera(), DepthNoise(), {.enabled = false});
+TEST_F(DynamicObjectsTest, FindsNothingWhenTurnedOff) {
+  DynamicObjects off(Camera(), DepthNoise(), {.enabled = false});
   for (const Stamp stamp : {0L, 600'000'000L})
     off.Remember(stamp, See(0.0), Pose(), {}, keyframe, map);
   EXPECT_TRUE(off.Find(700'000'000, See(0.8), Pose(), map, kFirstSubmap).empty());
 }
 
 }  // namespace
-}  // namespace highwall::moving_objects_test
+}  // namespace highwall::dynamic_objects_test

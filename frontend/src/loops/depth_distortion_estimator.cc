@@ -1,4 +1,4 @@
-#include "loops/depth_pattern_finder.h"
+#include "loops/depth_distortion_estimator.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/local/camera_calibration.h>
 
-#include "features/mended_depth.h"
+#include "features/corrected_depth.h"
 #include "loops/map_correction.h"
 
 namespace highwall {
@@ -29,21 +29,22 @@ std::vector<KeyFrameId> MadeIn(const Map& map, SubmapId submap, KeyFrameId given
   return ids;
 }
 
-void Mend(const PinholeCamera& camera, const DepthPattern& pattern, KeyFrameId given, Map* map) {
+void CorrectDepth(const PinholeCamera& camera, const DepthPattern& pattern, KeyFrameId given,
+                  Map* map) {
   for (const KeyFrameId id : map->keyframe_ids()) {
     if (id <= given) continue;
     Frame& frame = map->keyframe(id)->frame;
-    frame.features = Mended(*frame.features, camera, pattern);
+    frame.features = CorrectedDepth(*frame.features, camera, pattern);
   }
 }
 
 }  // namespace
 
 // One search, on a copy of the map, and its result.
-class DepthPatternFinder::Job {
+class DepthDistortionEstimator::Job {
  public:
   Job(Map map, const MeasurementModel& model, SubmapId submap, KeyFrameId given,
-      const DepthPatternFinder& finder)
+      const DepthDistortionEstimator& finder)
       : map_(std::move(map)),
         model_(model),
         submap_(submap),
@@ -63,7 +64,7 @@ class DepthPatternFinder::Job {
   DepthPattern Write(Map* map) {
     task_.Wait();
     if (found_.IsZero()) return {};
-    Mend(camera_, found_, given_, map);
+    CorrectDepth(camera_, found_, given_, map);
     Apply(correction_, map);
     return found_;
   }
@@ -97,7 +98,7 @@ class DepthPatternFinder::Job {
   }
 
   void Adjust(const DepthPattern& pattern, const std::stop_token& stop) {
-    Mend(camera_, pattern, given_, &map_);
+    CorrectDepth(camera_, pattern, given_, &map_);
     BundleAdjuster adjuster(map_, model_, map_.KeyFramesOf(submap_), {}, bundle_);
     adjuster.Solve(stop);
     if (stop.stop_requested() || !adjuster.Write(&map_).usable) return;
@@ -119,18 +120,18 @@ class DepthPatternFinder::Job {
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
-DepthPatternFinder::DepthPatternFinder(const PinholeCamera& camera,
-                                       const DepthPatternOptions& options,
-                                       const BundleAdjustmentOptions& bundle)
+DepthDistortionEstimator::DepthDistortionEstimator(const PinholeCamera& camera,
+                                                   const DepthPatternOptions& options,
+                                                   const BundleAdjustmentOptions& bundle)
     : camera_(camera),
       options_((options.Validate(), options)),
       bundle_(bundle),
       next_(static_cast<std::size_t>(options.first)) {}
 
-DepthPatternFinder::~DepthPatternFinder() = default;
+DepthDistortionEstimator::~DepthDistortionEstimator() = default;
 
-void DepthPatternFinder::Begin(const Map& map, const MeasurementModel& model, SubmapId submap,
-                               KeyFrameId given) {
+void DepthDistortionEstimator::Begin(const Map& map, const MeasurementModel& model, SubmapId submap,
+                                     KeyFrameId given) {
   if (!job_.IsEmpty() && job_->IsDone() && !job_->HasFound()) job_.Take();
   if (!options_.enabled || !job_.IsEmpty() || !job_.HasRoom()) return;
   const std::size_t keyframes = MadeIn(map, submap, given).size();
@@ -139,11 +140,11 @@ void DepthPatternFinder::Begin(const Map& map, const MeasurementModel& model, Su
   job_.Put(std::make_unique<Job>(map.Clone(), model, submap, given, *this));
 }
 
-bool DepthPatternFinder::HasResult() const {
+bool DepthDistortionEstimator::HasResult() const {
   return !job_.IsEmpty() && job_->IsDone() && job_->HasFound();
 }
 
-bool DepthPatternFinder::Finish(Map* map) {
+bool DepthDistortionEstimator::Finish(Map* map) {
   const std::unique_ptr<Job> job = job_.Take();
   if (!job) return false;
   const DepthPattern found = job->Write(map);
@@ -153,7 +154,7 @@ bool DepthPatternFinder::Finish(Map* map) {
   return true;
 }
 
-void DepthPatternFinder::Cancel() {
+void DepthDistortionEstimator::Cancel() {
   job_.Cancel();
 }
 

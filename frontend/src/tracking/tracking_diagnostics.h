@@ -6,12 +6,12 @@
 namespace highwall {
 
 // Tracking diagnostics of a frame without a pose.
-struct LossClues {
-  int tried = 0;           // support (points plus twice the lines) of matches with the last frame
-  int agreed = 0;          // support of those consistent with one pose
-  double set_aside = 0.0;  // share of the features masked out on dynamic objects
-  double shift = 0.0;      // [px] image shift since the last frame, at constant velocity
-  bool predicted = false;  // by an IMU
+struct TrackingDiagnostics {
+  int tried = 0;   // support (points plus twice the lines) of matches with the last frame
+  int agreed = 0;  // support of those consistent with one pose
+  double masked_share = 0.0;  // share of the features masked out on dynamic objects
+  double shift = 0.0;         // [px] image shift since the last frame, at constant velocity
+  bool predicted = false;     // by an IMU
 };
 
 // Requirements on an image.
@@ -24,7 +24,7 @@ struct FeatureNeeds {
 
 // Returns why the pose of a frame was not found: because of the image, or else because of its
 // matches.
-LossReason ReasonOf(const FrameFeatures& features, const LossClues& clues,
+LossReason ReasonOf(const FrameFeatures& features, const TrackingDiagnostics& diagnostics,
                     const FeatureNeeds& needs);
 
 }  // namespace highwall

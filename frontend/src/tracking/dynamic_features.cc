@@ -1,4 +1,4 @@
-#include "tracking/moving_features.h"
+#include "tracking/dynamic_features.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -39,16 +39,16 @@ auto On(const cv::Mat& mask, const DepthGrid& grid) {
 
 }  // namespace
 
-MovingFeatures::MovingFeatures(const MeasurementModel& model, const MovingObjectOptions& options,
-                               const PoseSolverOptions& pose)
+DynamicFeatures::DynamicFeatures(const MeasurementModel& model, const DynamicObjectOptions& options,
+                                 const PoseSolverOptions& pose)
     : model_(model),
       options_(options),
       pose_(pose),
       objects_(model.camera(), model.depth_noise(), options) {}
 
-bool MovingFeatures::HasMoved(const TrackedFrame& rough, const Map& map,
-                              const DepthSurfaces& surfaces, int surface,
-                              const cv::Mat& moving) const {
+bool DynamicFeatures::HasMoved(const TrackedFrame& rough, const Map& map,
+                               const DepthSurfaces& surfaces, int surface,
+                               const cv::Mat& moving) const {
   const FrameFeatures& features = *rough.frame.features;
   const auto is_on = [&](const Eigen::Vector2d& uv) {
     return surfaces.labels.at<int>(grid().CellOf(uv)) == surface;
@@ -80,7 +80,7 @@ bool MovingFeatures::HasMoved(const TrackedFrame& rough, const Map& map,
                    pose_, options_.landmarks);
 }
 
-cv::Mat MovingFeatures::Find(const TrackedFrame& tracked, const Map& map) const {
+cv::Mat DynamicFeatures::Find(const TrackedFrame& tracked, const Map& map) const {
   return objects_.Find(tracked.frame.stamp, tracked.frame.features->depth_grid, tracked.T_WC, map,
                        SubmapOf(tracked, map),
                        [&](const DepthSurfaces& surfaces, int surface, const cv::Mat& moving) {
@@ -88,7 +88,7 @@ cv::Mat MovingFeatures::Find(const TrackedFrame& tracked, const Map& map) const 
                        });
 }
 
-int MovingFeatures::SupportBeside(const TrackedFrame& tracked, const cv::Mat& moving) const {
+int DynamicFeatures::SupportBeside(const TrackedFrame& tracked, const cv::Mat& moving) const {
   const FrameFeatures& features = *tracked.frame.features;
   const auto moves = On(moving, grid());
   int points = 0, lines = 0;
@@ -101,7 +101,7 @@ int MovingFeatures::SupportBeside(const TrackedFrame& tracked, const cv::Mat& mo
   return highwall::Support(points, lines);
 }
 
-void MovingFeatures::SetAside(TrackedFrame& rough) const {
+void DynamicFeatures::MaskOut(TrackedFrame& rough) const {
   if (rough.moving.empty()) return;
   const FrameFeatures& features = *rough.frame.features;
   const cv::Mat aside = WithBorder(rough.moving);

@@ -16,11 +16,11 @@ namespace highwall {
 //
 // Blocks: T_WX (7, PoseManifold) of each of keyframes(), then the remaining blocks of the cost
 // unchanged. Two bodies anchored to one keyframe share its block.
-class CarriedCost final : public ceres::CostFunction {
+class AnchoredCost final : public ceres::CostFunction {
  public:
   // T_XC: camera pose of a keyframe in the frame X whose poses are the variables: the body in a
   // bundle adjustment, the camera itself in a pose graph.
-  CarriedCost(const MapFactor& factor, const Pose& T_XC);
+  AnchoredCost(const MapFactor& factor, const Pose& T_XC);
 
   // One per block.
   const std::vector<KeyFrameId>& keyframes() const { return keyframes_; }

@@ -11,7 +11,7 @@
 namespace highwall {
 
 // A prior on a pose from another source: rows W (T_WC [-] T_WC_0), as PosePrior.
-struct KnownPose {
+struct PoseConstraint {
   Pose T_WC;                                      // expected
   Eigen::Matrix<double, 6, 6> sqrt_information =  // W, in the tangent at T_WC [1/m, 1/rad]
       Eigen::Matrix<double, 6, 6>::Zero();

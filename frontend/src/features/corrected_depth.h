@@ -10,8 +10,8 @@ namespace highwall {
 
 // Returns the features as if extracted from depth corrected by a distortion pattern: depth of
 // points, ends of lines. camera: with its distortion.
-std::shared_ptr<const FrameFeatures> Mended(const FrameFeatures& features,
-                                            const PinholeCamera& camera,
-                                            const DepthPattern& pattern);
+std::shared_ptr<const FrameFeatures> CorrectedDepth(const FrameFeatures& features,
+                                                    const PinholeCamera& camera,
+                                                    const DepthPattern& pattern);
 
 }  // namespace highwall

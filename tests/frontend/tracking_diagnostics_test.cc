@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "tracking/loss_clues.h"
+#include "tracking/tracking_diagnostics.h"
 
-namespace highwall::loss_clues_test {
+namespace highwall::tracking_diagnostics_test {
 namespace {
 
 constexpr FeatureNeeds kNeeds{
@@ -39,7 +39,7 @@ TEST(LossReason, OfTooFewFeaturesLightAndSharpnessTellWhy) {
 
 TEST(LossReason, CornersThatMayBeNoiseMakeADarkImageNoBrighter) {
   FrameFeatures features = Good();
-  for (PointFeature& point : features.points) point.faint = true;
+  for (PointFeature& point : features.points) point.low_contrast = true;
   EXPECT_EQ(ReasonOf(features, {}, kNeeds), LossReason::kPlain);
   features.brightness = 20.0;
   EXPECT_EQ(ReasonOf(features, {}, kNeeds), LossReason::kDark);
@@ -59,7 +59,7 @@ TEST(LossReason, FeaturesWithoutDepthAreNoDepth) {
 
 TEST(LossReason, OfAGoodImageTheMatchesTell) {
   const FrameFeatures features = Good();
-  EXPECT_EQ(ReasonOf(features, {.set_aside = 0.6}, kNeeds), LossReason::kAllMoving);
+  EXPECT_EQ(ReasonOf(features, {.masked_share = 0.6}, kNeeds), LossReason::kAllMoving);
   EXPECT_EQ(ReasonOf(features, {.shift = 61.0}, kNeeds), LossReason::kTooFast);
   EXPECT_EQ(ReasonOf(features, {.tried = 100, .agreed = 49}, kNeeds), LossReason::kContradictory);
   EXPECT_EQ(ReasonOf(features, {.tried = 100, .agreed = 50}, kNeeds), LossReason::kUnknownPlace);
@@ -75,4 +75,4 @@ TEST(LossReason, EachHasAName) {
 }
 
 }  // namespace
-}  // namespace highwall::loss_clues_test
+}  // namespace highwall::tracking_diagnostics_test

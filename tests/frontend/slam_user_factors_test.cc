@@ -19,7 +19,7 @@
 
 #include "support/rendered_walk.h"
 
-namespace highwall::slam_own_factors_test {
+namespace highwall::slam_user_factors_test {
 namespace {
 
 constexpr double kSigma = 0.02;  // [m] of a position, by axis
@@ -29,7 +29,7 @@ constexpr double kSigma = 0.02;  // [m] of a position, by axis
 constexpr double kBound = 2.0 * 1.7321 * kSigma;
 const Pose kT_GW = Pose::FromTangent({4.5e5, 5.4e6, 400}, {0, 0, 2.0});
 
-class SlamOwnFactorsTest : public ::testing::Test {
+class SlamUserFactorsTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     simulate::SimulationOptions options = simulate::FieldTestOptions();
@@ -109,20 +109,20 @@ class SlamOwnFactorsTest : public ::testing::Test {
   static std::unique_ptr<const testing::RenderedWalk> drive_;
 };
 
-std::unique_ptr<const simulate::Simulation> SlamOwnFactorsTest::simulation_;
-std::unique_ptr<const testing::RenderedWalk> SlamOwnFactorsTest::drive_;
+std::unique_ptr<const simulate::Simulation> SlamUserFactorsTest::simulation_;
+std::unique_ptr<const testing::RenderedWalk> SlamUserFactorsTest::drive_;
 
-TEST_F(SlamOwnFactorsTest, PositionsKeepALongWayFromDrifting) {
+TEST_F(SlamUserFactorsTest, PositionsKeepALongWayFromDrifting) {
   SlamSystem plain = MakeSystem(), with = MakeSystem(), again = MakeSystem();
   const double drift = Drive(plain);
-  int told_maps = 0;
-  with.SetCallbacks({.on_map = [&](const Map&) { ++told_maps; }});
+  int reported_maps = 0;
+  with.SetCallbacks({.on_map = [&](const Map&) { ++reported_maps; }});
   const ReferenceFrameId frame = with.AddReferenceFrame();
   const double held = Drive(with, frame);
   EXPECT_EQ(with.factor_counts().waiting, 0u);
   EXPECT_EQ(with.factor_counts().attached, 59u);
   EXPECT_EQ(with.factor_counts().refused, 0u);
-  EXPECT_GE(told_maps, 2);
+  EXPECT_GE(reported_maps, 2);
   // 37 m drift by 6 cm; the remaining errors are the noise of positions and depth.
   EXPECT_LT(held, 0.3 * drift);
   EXPECT_LT(ErrorInFrame(with, frame), 0.5 * kBound);
@@ -131,7 +131,7 @@ TEST_F(SlamOwnFactorsTest, PositionsKeepALongWayFromDrifting) {
       << "bit for bit";
 }
 
-TEST_F(SlamOwnFactorsTest, OnThreadsOfTheirOwnAndAllAtOnceInTheEndTheyDoSoToo) {
+TEST_F(SlamUserFactorsTest, OnThreadsOfTheirOwnAndAllAtOnceInTheEndTheyDoSoToo) {
   SlamSystem live = MakeSystem(/*lockstep=*/false);
   const ReferenceFrameId frame = live.AddReferenceFrame();
   Drive(live, frame);
@@ -146,11 +146,11 @@ TEST_F(SlamOwnFactorsTest, OnThreadsOfTheirOwnAndAllAtOnceInTheEndTheyDoSoToo) {
   late.Finish();
   EXPECT_LT(ErrorInFrame(late, given_late), kBound);
   // A joint adjustment of everything preserves the constraints of the positions.
-  EXPECT_GT(late.AdjustAll().own_factors, 40);
+  EXPECT_GT(late.AdjustAll().user_factors, 40);
   EXPECT_LT(ErrorInFrame(late, given_late), kBound);
 }
 
-TEST_F(SlamOwnFactorsTest, MotionBetweenStampsNeedsNoFrame) {
+TEST_F(SlamUserFactorsTest, MotionBetweenStampsNeedsNoFrame) {
   // Wheel odometry that measures the motion of every second to a millimetre and a tenth of a
   // degree.
   Eigen::Matrix<double, 6, 6> W = Eigen::Matrix<double, 6, 6>::Identity() / 0.001;
@@ -166,7 +166,7 @@ TEST_F(SlamOwnFactorsTest, MotionBetweenStampsNeedsNoFrame) {
   EXPECT_EQ(with.factor_counts().attached, 19u);
 }
 
-TEST_F(SlamOwnFactorsTest, WhatFitsNoFrameIsRefused) {
+TEST_F(SlamUserFactorsTest, WhatFitsNoFrameIsRefused) {
   SlamSystem slam = MakeSystem();
   const auto cost = std::make_shared<PositionFactor>(
       Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity());
@@ -180,4 +180,4 @@ TEST_F(SlamOwnFactorsTest, WhatFitsNoFrameIsRefused) {
 }
 
 }  // namespace
-}  // namespace highwall::slam_own_factors_test
+}  // namespace highwall::slam_user_factors_test

@@ -17,15 +17,15 @@ namespace highwall {
 // Estimates the depth distortion over the image online, from a growing map (CalibrateCamera), and
 // the map after its correction: features of keyframes, with its whole world adjusted to them.
 // (docs/calibration.md, While tracking)
-class DepthPatternFinder {
+class DepthDistortionEstimator {
  public:
   // camera: with its distortion. bundle: options of the adjustment of a corrected map.
-  DepthPatternFinder(const PinholeCamera& camera, const DepthPatternOptions& options,
-                     const BundleAdjustmentOptions& bundle);
+  DepthDistortionEstimator(const PinholeCamera& camera, const DepthPatternOptions& options,
+                           const BundleAdjustmentOptions& bundle);
   // Requests a stop of work that has not ended, and waits for it.
-  ~DepthPatternFinder();
-  DepthPatternFinder(const DepthPatternFinder&) = delete;
-  DepthPatternFinder& operator=(const DepthPatternFinder&) = delete;
+  ~DepthDistortionEstimator();
+  DepthDistortionEstimator(const DepthDistortionEstimator&) = delete;
+  DepthDistortionEstimator& operator=(const DepthDistortionEstimator&) = delete;
 
   // The pattern to correct the depth of images with from now on.
   const DepthPattern& pattern() const { return pattern_; }

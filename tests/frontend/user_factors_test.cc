@@ -1,4 +1,4 @@
-#include <highwall/frontend/map/own_factors.h>
+#include <highwall/frontend/map/user_factors.h>
 
 #include <algorithm>
 #include <memory>
@@ -16,13 +16,13 @@
 #include <highwall/frontend/map/map.h>
 
 #include "local/bundle_adjustment.h"
-#include "map/carried_cost.h"
+#include "map/anchored_cost.h"
 #include "support/id_literals.h"
 #include "support/position_in_frame.h"
 #include "support/synthetic_scene.h"
 #include "system/pending_factors.h"
 
-namespace highwall::own_factors_test {
+namespace highwall::user_factors_test {
 namespace {
 
 using testing::IdealSensor;
@@ -55,9 +55,9 @@ Eigen::VectorXd Residual(const ceres::CostFunction& cost, const std::vector<Pose
 }
 
 // Four views of a scene, three of them in the first submap.
-class OwnFactorsTest : public ::testing::Test {
+class UserFactorsTest : public ::testing::Test {
  protected:
-  OwnFactorsTest() : scene(MakeScene(9, 120, 30)), scene_map(scene) {
+  UserFactorsTest() : scene(MakeScene(9, 120, 30)), scene_map(scene) {
     for (const Pose& T_WC : truth) scene_map.Add(Look(scene, IdealSensor(), T_WC), T_WC);
     frame = map.factors().AddFrame({});
   }
@@ -65,7 +65,7 @@ class OwnFactorsTest : public ::testing::Test {
   MapFactor At(KeyFrameId keyframe, const Pose& T_KB = Pose()) const {
     return {{{keyframe, T_KB}}, frame, PositionInFrame(Eigen::Vector3d(1, 2, 3), 0.1), nullptr};
   }
-  const CarriedPose& OnlyPose() const { return map.factors().all().at(0).poses.at(0); }
+  const AnchoredBodyPose& OnlyPose() const { return map.factors().all().at(0).poses.at(0); }
 
   const std::vector<Pose> truth{Pose::FromTangent({0, 0, 0}, {0, 0, 0}),
                                 Pose::FromTangent({0.3, 0, 0}, {0, -0.05, 0.02}),
@@ -78,7 +78,7 @@ class OwnFactorsTest : public ::testing::Test {
   ReferenceFrameId frame;
 };
 
-TEST_F(OwnFactorsTest, APoseKeepsItsPlaceWhenItsKeyFrameIsCulled) {
+TEST_F(UserFactorsTest, APoseKeepsItsPlaceWhenItsKeyFrameIsCulled) {
   const Pose T_KB = Pose::FromTangent({0.1, 0.2, 0.3}, {0.3, 0.2, 0.1});
   ASSERT_TRUE(map.AddFactor(At(2_kf, T_KB)));
   map.RemoveKeyFrame(2_kf, 1_kf);
@@ -87,7 +87,7 @@ TEST_F(OwnFactorsTest, APoseKeepsItsPlaceWhenItsKeyFrameIsCulled) {
   EXPECT_LT(((truth[1] * OnlyPose().T_KB).Inverse() * (truth[2] * T_KB)).Angle(), 1e-7);
 }
 
-TEST_F(OwnFactorsTest, AFactorOfAKeyFrameThatWasCulledHangsOnItsParent) {
+TEST_F(UserFactorsTest, AFactorOfAKeyFrameThatWasCulledHangsOnItsParent) {
   map.RemoveKeyFrame(2_kf, 1_kf);
   map.RemoveKeyFrame(1_kf, 0_kf);
   ASSERT_TRUE(map.AddFactor(At(2_kf)));
@@ -95,7 +95,7 @@ TEST_F(OwnFactorsTest, AFactorOfAKeyFrameThatWasCulledHangsOnItsParent) {
   EXPECT_LT((OnlyPose().T_KB.p() - truth[2].p()).norm(), 1e-12);
 }
 
-TEST_F(OwnFactorsTest, WhatHangsOnASubmapGoesWithIt) {
+TEST_F(UserFactorsTest, WhatHangsOnASubmapGoesWithIt) {
   const SubmapId submap = map.AddSubmap();
   const KeyFrameId other = map.AddKeyFrame(map.keyframe(3_kf)->frame, Pose(), submap).id;
   ASSERT_TRUE(map.AddFactor(At(0_kf)));
@@ -106,7 +106,7 @@ TEST_F(OwnFactorsTest, WhatHangsOnASubmapGoesWithIt) {
   EXPECT_FALSE(map.AddFactor(At(other)));
 }
 
-TEST_F(OwnFactorsTest, AFrameStaysWhereItIsWhenTheWorldMoves) {
+TEST_F(UserFactorsTest, AFrameStaysWhereItIsWhenTheWorldMoves) {
   std::mt19937 rng(3);
   const Pose T_FW = RandomPose(rng), T_new_old = RandomPose(rng);
   map.factors().Place(frame, kFirstSubmap, T_FW);
@@ -119,7 +119,7 @@ TEST_F(OwnFactorsTest, AFrameStaysWhereItIsWhenTheWorldMoves) {
             1e-12);
 }
 
-TEST_F(OwnFactorsTest, WhereWorldsMeetTheFrameThatEitherKnewHolds) {
+TEST_F(UserFactorsTest, WhereWorldsMeetTheFrameThatEitherKnewHolds) {
   std::mt19937 rng(4);
   const Pose of_second = RandomPose(rng), of_first = RandomPose(rng);
   const SubmapId submap = map.AddSubmap();
@@ -133,14 +133,14 @@ TEST_F(OwnFactorsTest, WhereWorldsMeetTheFrameThatEitherKnewHolds) {
   EXPECT_LT((map.factors().T_FW(frame, kFirstSubmap)->p() - of_second.p()).norm(), 1e-15);
 }
 
-TEST_F(OwnFactorsTest, AFactorTellsNothingUntilItsFrameIsKnown) {
+TEST_F(UserFactorsTest, AFactorTellsNothingUntilItsFrameIsKnown) {
   ASSERT_TRUE(map.AddFactor(At(1_kf)));
   EXPECT_TRUE(FactorsIn(map, kFirstSubmap).empty());
   map.factors().Place(frame, kFirstSubmap, Pose());
   EXPECT_EQ(FactorsIn(map, kFirstSubmap).size(), 1u);
 }
 
-TEST_F(OwnFactorsTest, APoseInNoFrameIsOneOfTheFirstWorldAndAMotionOfAny) {
+TEST_F(UserFactorsTest, APoseInNoFrameIsOneOfTheFirstWorldAndAMotionOfAny) {
   const SubmapId submap = map.AddSubmap();
   ASSERT_EQ(submap, kSecondSubmap);
   const KeyFrameId a = map.AddKeyFrame(map.keyframe(3_kf)->frame, Pose(), submap).id;
@@ -157,7 +157,7 @@ TEST_F(OwnFactorsTest, APoseInNoFrameIsOneOfTheFirstWorldAndAMotionOfAny) {
   EXPECT_EQ(FactorsIn(map, kFirstSubmap).size(), 4u);
 }
 
-TEST_F(OwnFactorsTest, PullsAKeyFrameInAnAdjustment) {
+TEST_F(UserFactorsTest, PullsAKeyFrameInAnAdjustment) {
   // The factors measure the truth in a frame that is 10 m away; the last keyframe is 5 cm off, and
   // few landmarks constrain it.
   const Pose T_FW = Pose::FromTangent({10, -4, 2}, {0, 0, 1.0});
@@ -170,7 +170,7 @@ TEST_F(OwnFactorsTest, PullsAKeyFrameInAnAdjustment) {
   const std::vector<KeyFrameId> free{3_kf}, fixed{0_kf, 1_kf, 2_kf};
   const BundleAdjustmentReport report = AdjustBundle(map, model, free, fixed);
   ASSERT_TRUE(report.usable);
-  EXPECT_EQ(report.own_factors, 1);
+  EXPECT_EQ(report.user_factors, 1);
   EXPECT_LT((map.keyframe(3_kf)->T_WC.p() - truth[3].p()).norm(), 1e-6);
   // A frame with factors of few keyframes stays fixed.
   EXPECT_EQ(map.factors().T_FW(frame, kFirstSubmap)->p(), T_FW.p());
@@ -193,7 +193,7 @@ class WearsOut final : public ceres::SizedCostFunction<3, 7, 7> {
   mutable int left_;
 };
 
-TEST_F(OwnFactorsTest, OneThatThrowsIsSetAsideAndTheMapIsAdjusted) {
+TEST_F(UserFactorsTest, OneThatThrowsIsSetAsideAndTheMapIsAdjusted) {
   map.factors().Place(frame, kFirstSubmap, Pose());
   const std::vector<KeyFrameId> free{3_kf}, fixed{0_kf, 1_kf, 2_kf};
   for (const int times : {0, 4}) {  // immediately, and during the solution
@@ -202,8 +202,8 @@ TEST_F(OwnFactorsTest, OneThatThrowsIsSetAsideAndTheMapIsAdjusted) {
     BundleAdjustmentReport report;
     ASSERT_NO_THROW(report = AdjustBundle(map, model, free, fixed, {.first_iterations = 20}));
     ASSERT_TRUE(report.usable) << report.message;
-    EXPECT_EQ(report.own_factors, 0);
-    EXPECT_EQ(report.own_factors_set_aside, times == 0 ? 1 : 2);
+    EXPECT_EQ(report.user_factors, 0);
+    EXPECT_EQ(report.user_factors_excluded, times == 0 ? 1 : 2);
     EXPECT_LT((map.keyframe(3_kf)->T_WC.p() - truth[3].p()).norm(), 1e-4);
   }
 }
@@ -221,7 +221,7 @@ class ThrowsAtTrials final : public ceres::SizedCostFunction<3, 7, 7> {
   }
 };
 
-TEST_F(OwnFactorsTest, TwoThatFailInDifferentWaysAreSetAsideTogether) {
+TEST_F(UserFactorsTest, TwoThatFailInDifferentWaysAreSetAsideTogether) {
   map.factors().Place(frame, kFirstSubmap, Pose());
   const std::vector<KeyFrameId> free{3_kf}, fixed{0_kf, 1_kf, 2_kf};
   map.keyframe(3_kf)->T_WC = Pose(truth[3].q(), truth[3].p() + Eigen::Vector3d(0.005, 0, 0));
@@ -233,11 +233,11 @@ TEST_F(OwnFactorsTest, TwoThatFailInDifferentWaysAreSetAsideTogether) {
   ASSERT_NO_THROW(report = AdjustBundle(map, model, free, fixed, {.first_iterations = 20}));
   ASSERT_TRUE(report.usable) << report.message;
   EXPECT_TRUE(report.moved);
-  EXPECT_EQ(report.own_factors_set_aside, 3);
+  EXPECT_EQ(report.user_factors_excluded, 3);
   EXPECT_LT((map.keyframe(3_kf)->T_WC.p() - truth[3].p()).norm(), 1e-4);
 }
 
-TEST_F(OwnFactorsTest, AFrameMovesWhereEverythingIsAdjusted) {
+TEST_F(UserFactorsTest, AFrameMovesWhereEverythingIsAdjusted) {
   const Pose T_FW = Pose::FromTangent({10, -4, 2}, {0, 0, 1.0});
   map.factors().Place(frame, kFirstSubmap, T_FW * Pose::FromTangent({0.1, 0, 0}, {0, 0, 0.05}));
   for (const KeyFrameId id : map.keyframe_ids()) {
@@ -247,52 +247,52 @@ TEST_F(OwnFactorsTest, AFrameMovesWhereEverythingIsAdjusted) {
   const BundleAdjustmentReport report =
       AdjustBundle(map, model, map.keyframe_ids(), {}, {.first_iterations = 20});
   ASSERT_TRUE(report.usable);
-  EXPECT_EQ(report.own_factors, 3);  // the factor of the fixed keyframe only constrains the frame
+  EXPECT_EQ(report.user_factors, 3);  // the factor of the fixed keyframe only constrains the frame
   // Three positions form a triangle of 0.5 m, and landmarks constrain the keyframes to 1e-6 m.
   EXPECT_LT((map.factors().T_FW(frame, kFirstSubmap)->p() - T_FW.p()).norm(), 1e-3);
   EXPECT_LT((map.factors().T_FW(frame, kFirstSubmap)->Inverse() * T_FW).Angle(), 1e-2);
 }
 
-TEST(CarriedCost, IsTheCostOfTheBodiesThatKeyFramesCarry) {
+TEST(AnchoredCost, IsTheCostOfTheBodiesThatKeyFramesCarry) {
   std::mt19937 rng(5);
   const Pose T_XC = RandomPose(rng), a = RandomPose(rng), b = RandomPose(rng);
   const Pose T_WX = RandomPose(rng), T_WY = RandomPose(rng);
   const auto relative =
       std::make_shared<RelativePose>(RandomPose(rng), Eigen::Matrix<double, 6, 6>::Identity());
   const MapFactor apart{{{4_kf, a}, {7_kf, b}}, kNoId, relative, nullptr};
-  const CarriedCost two(apart, T_XC);
+  const AnchoredCost two(apart, T_XC);
   EXPECT_EQ(two.keyframes(), (std::vector<KeyFrameId>{4_kf, 7_kf}));
   EXPECT_LT((Residual(two, {T_WX, T_WY}) - Residual(*relative, {T_WX * T_XC * a, T_WY * T_XC * b}))
                 .norm(),
             1e-12);
   const MapFactor together{{{4_kf, a}, {4_kf, b}}, kNoId, relative, nullptr};
-  const CarriedCost one(together, T_XC);
+  const AnchoredCost one(together, T_XC);
   EXPECT_EQ(one.keyframes(), std::vector<KeyFrameId>{4_kf});
   EXPECT_LT(
       (Residual(one, {T_WX}) - Residual(*relative, {T_WX * T_XC * a, T_WX * T_XC * b})).norm(),
       1e-12);
 }
 
-TEST(CarriedCost, JacobiansMatchCentralDifferences) {
+TEST(AnchoredCost, JacobiansMatchCentralDifferences) {
   std::mt19937 rng(6);
   for (int i = 0; i < 20; ++i) {
     SCOPED_TRACE(i);
     const Pose T_XC = RandomPose(rng), a = RandomPose(rng), b = RandomPose(rng);
     const std::vector<double> X = ToBlock(RandomPose(rng)), Y = ToBlock(RandomPose(rng));
-    const CarriedCost position(
+    const AnchoredCost position(
         {{{4_kf, a}}, ReferenceFrameId(0), PositionInFrame({1, 2, 3}, 0.1), nullptr}, T_XC);
     auto check = testing::CheckJacobians(position, {X, Y}, {&kManifold, &kManifold});
     EXPECT_TRUE(check) << check.message;
     const auto relative =
         std::make_shared<RelativePose>(RandomPose(rng), Eigen::Matrix<double, 6, 6>::Identity());
-    const CarriedCost apart({{{4_kf, a}, {7_kf, b}}, kNoId, relative, nullptr}, T_XC);
+    const AnchoredCost apart({{{4_kf, a}, {7_kf, b}}, kNoId, relative, nullptr}, T_XC);
     check = testing::CheckJacobians(apart, {X, Y}, {&kManifold, &kManifold});
     EXPECT_TRUE(check) << check.message;
   }
   // A body height, measured twice from one keyframe: both bodies' Jacobians add up in its block.
   const auto prior = std::make_shared<RelativePose>(Pose::FromTangent({0, 0, 1}, {0.1, 0, 0}),
                                                     Eigen::Matrix<double, 6, 6>::Identity());
-  const CarriedCost together(
+  const AnchoredCost together(
       {{{4_kf, RandomPose(rng)}, {4_kf, RandomPose(rng)}}, kNoId, prior, nullptr}, Pose());
   const auto check = testing::CheckJacobians(together, {ToBlock(RandomPose(rng))}, {&kManifold});
   EXPECT_TRUE(check) << check.message;
@@ -310,7 +310,7 @@ TEST(PoseFactor, RefusesWhatItsCostDoesNotFit) {
 }
 
 // Frames at whole seconds, along x at 1 m/s.
-class PendingFactorsTest : public OwnFactorsTest {
+class PendingFactorsTest : public UserFactorsTest {
  protected:
   void Frame(int second, KeyFrameId reference, double x) {
     frames.push_back({FromSeconds(second),
@@ -321,7 +321,7 @@ class PendingFactorsTest : public OwnFactorsTest {
     pending.Add({std::move(stamps), frame, PositionInFrame({1, 2, 3}, 0.1)});
   }
   Eigen::Vector3d Position(std::size_t factor) const {
-    const CarriedPose& pose = map.factors().all().at(factor).poses.at(0);
+    const AnchoredBodyPose& pose = map.factors().all().at(factor).poses.at(0);
     return map.keyframe(pose.keyframe)->T_WC * pose.T_KB.p();
   }
 
@@ -361,4 +361,4 @@ TEST_F(PendingFactorsTest, AreRefusedBeforeTheFirstFrameInGapsAndBetweenWorlds) 
 }
 
 }  // namespace
-}  // namespace highwall::own_factors_test
+}  // namespace highwall::user_factors_test

@@ -1,4 +1,4 @@
-#include "map/carried_cost.h"
+#include "map/anchored_cost.h"
 
 #include <algorithm>
 
@@ -14,8 +14,8 @@ using RowMajor7 = Eigen::Matrix<double, Eigen::Dynamic, 7, Eigen::RowMajor>;
 
 }  // namespace
 
-CarriedCost::CarriedCost(const MapFactor& factor, const Pose& T_XC) : cost_(factor.cost) {
-  for (const CarriedPose& pose : factor.poses) {
+AnchoredCost::AnchoredCost(const MapFactor& factor, const Pose& T_XC) : cost_(factor.cost) {
+  for (const AnchoredBodyPose& pose : factor.poses) {
     auto found = std::find(keyframes_.begin(), keyframes_.end(), pose.keyframe);
     if (found == keyframes_.end()) found = keyframes_.insert(found, pose.keyframe);
     bodies_.push_back({static_cast<std::size_t>(found - keyframes_.begin()), T_XC * pose.T_KB});
@@ -25,8 +25,8 @@ CarriedCost::CarriedCost(const MapFactor& factor, const Pose& T_XC) : cost_(fact
   mutable_parameter_block_sizes()->assign(keyframes_.size() + others, Pose::kSize);
 }
 
-bool CarriedCost::Evaluate(double const* const* parameters, double* residuals,
-                           double** jacobians) const {
+bool AnchoredCost::Evaluate(double const* const* parameters, double* residuals,
+                            double** jacobians) const {
   const std::size_t others = parameter_block_sizes().size() - keyframes_.size();
   std::vector<Pose> poses;
   std::vector<const double*> blocks;
@@ -60,8 +60,8 @@ bool CarriedCost::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
-void CarriedCost::Chain(const Body& body, const double* T_WX, const double* T_WB,
-                        const double* of_body, double* of_keyframe) const {
+void AnchoredCost::Chain(const Body& body, const double* T_WX, const double* T_WB,
+                         const double* of_body, double* of_keyframe) const {
   Eigen::Matrix<double, 7, 6, Eigen::RowMajor> plus;
   PoseManifold().PlusJacobian(T_WB, plus.data());
   const Eigen::Matrix3d R_WX = Pose::FromBlock(T_WX).R();
@@ -86,7 +86,7 @@ std::vector<const MapFactor*> FactorsIn(const Map& map, SubmapId submap) {
   };
   std::vector<const MapFactor*> factors;
   for (const MapFactor& factor : map.factors().all()) {
-    const bool inside = std::ranges::all_of(factor.poses, [&](const CarriedPose& pose) {
+    const bool inside = std::ranges::all_of(factor.poses, [&](const AnchoredBodyPose& pose) {
       return map.Root(map.keyframe(pose.keyframe)->submap) == root;
     });
     if (inside && tells(factor)) factors.push_back(&factor);

@@ -7,28 +7,28 @@
 #include <highwall/frontend/tracking/options.h>
 
 #include "features/depth_grid.h"
-#include "tracking/moving_objects.h"
+#include "tracking/dynamic_objects.h"
 #include "tracking/tracked_frame.h"
 
 namespace highwall {
 
 // Classifies features of a frame as dynamic, by the depth of the last seconds and by the landmarks
 // that it was matched with.
-class MovingFeatures {
+class DynamicFeatures {
  public:
   // model: must outlive it. pose: options of the pose estimated from the landmarks that are not
   // tested.
-  MovingFeatures(const MeasurementModel& model, const MovingObjectOptions& options,
-                 const PoseSolverOptions& pose);
+  DynamicFeatures(const MeasurementModel& model, const DynamicObjectOptions& options,
+                  const PoseSolverOptions& pose);
 
   const DepthGrid& grid() const { return objects_.grid(); }
-  MovingObjects& objects() { return objects_; }
-  const MovingObjects& objects() const { return objects_; }
+  DynamicObjects& objects() { return objects_; }
+  const DynamicObjects& objects() const { return objects_; }
 
   // Returns the dynamic mask of a frame at its pose (TrackedFrame::moving).
   cv::Mat Find(const TrackedFrame& tracked, const Map& map) const;
   // Removes the features on dynamic objects from a frame.
-  void SetAside(TrackedFrame& rough) const;
+  void MaskOut(TrackedFrame& rough) const;
   // Returns the support of the landmarks outside `moving`.
   int SupportBeside(const TrackedFrame& tracked, const cv::Mat& moving) const;
 
@@ -39,9 +39,9 @@ class MovingFeatures {
                 int surface, const cv::Mat& moving) const;
 
   const MeasurementModel& model_;
-  MovingObjectOptions options_;
+  DynamicObjectOptions options_;
   PoseSolverOptions pose_;
-  MovingObjects objects_;
+  DynamicObjects objects_;
 };
 
 }  // namespace highwall

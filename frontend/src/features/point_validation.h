@@ -9,6 +9,6 @@ namespace highwall {
 // Throws InvalidArgument, naming the extractor and the fault, if the points are not as
 // PointExtractor says: a keypoint outside of the image, of no level or not finite, descriptors of
 // another type or number of columns, not one for each keypoint, or not finite.
-void RequireSound(const ExtractedPoints& points, const PointKind& kind, const cv::Size& image);
+void ValidatePoints(const ExtractedPoints& points, const FeatureType& kind, const cv::Size& image);
 
 }  // namespace highwall

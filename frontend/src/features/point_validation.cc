@@ -1,4 +1,4 @@
-#include "features/sound_points.h"
+#include "features/point_validation.h"
 
 #include <cmath>
 #include <string>
@@ -24,7 +24,7 @@ std::string FaultOf(const cv::KeyPoint& keypoint, int levels, const cv::Size& im
     return fault.str();
   }
   if (keypoint.octave < 0 || keypoint.octave >= levels) {
-    return "has octave " + std::to_string(keypoint.octave) + ", but PointKind::pyramid has " +
+    return "has octave " + std::to_string(keypoint.octave) + ", but FeatureType::pyramid has " +
            std::to_string(levels) + " levels from 0";
   }
   if (!std::isfinite(keypoint.angle) || keypoint.angle > 360.0F) return "has no angle of 0 to 360";
@@ -32,7 +32,7 @@ std::string FaultOf(const cv::KeyPoint& keypoint, int levels, const cv::Size& im
   return "";
 }
 
-std::string FaultOf(const cv::Mat& descriptors, const PointKind& kind, std::size_t keypoints) {
+std::string FaultOf(const cv::Mat& descriptors, const FeatureType& kind, std::size_t keypoints) {
   if (static_cast<std::size_t>(descriptors.rows) != keypoints) {
     return std::to_string(keypoints) + " keypoints have " + std::to_string(descriptors.rows) +
            " rows of descriptors";
@@ -41,11 +41,11 @@ std::string FaultOf(const cv::Mat& descriptors, const PointKind& kind, std::size
   const bool is_float = kind.descriptor == DescriptorType::kFloat;
   if (descriptors.dims != 2 || descriptors.type() != (is_float ? CV_32FC1 : CV_8UC1)) {
     return std::string("descriptors are not ") + (is_float ? "CV_32F" : "CV_8U") +
-           ", as PointKind::descriptor says";
+           ", as FeatureType::descriptor says";
   }
   if (descriptors.cols != kind.columns) {
     return "descriptors have " + std::to_string(descriptors.cols) + " columns, not " +
-           std::to_string(kind.columns) + " as PointKind::columns says";
+           std::to_string(kind.columns) + " as FeatureType::columns says";
   }
   cv::Point bad;
   // The bounds exclude values whose sums of products are not finite.
@@ -58,7 +58,7 @@ std::string FaultOf(const cv::Mat& descriptors, const PointKind& kind, std::size
 
 }  // namespace
 
-void RequireSound(const ExtractedPoints& points, const PointKind& kind, const cv::Size& image) {
+void ValidatePoints(const ExtractedPoints& points, const FeatureType& kind, const cv::Size& image) {
   const std::string whose = "points by " + kind.name + ": ";
   for (std::size_t i = 0; i < points.keypoints.size(); ++i) {
     const std::string fault = FaultOf(points.keypoints[i], kind.pyramid.levels, image);
