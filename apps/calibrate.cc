@@ -14,7 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/inertial/camera_imu_calibration.h>
+#include <highwall/frontend/calibration/camera_imu_calibration.h>
 
 #include "calibrated_images.h"
 #include "calibration_file.h"

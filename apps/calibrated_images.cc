@@ -79,7 +79,7 @@ CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor&
   CalibratedImages found;
   found.trajectory = run.largest.adjusted.empty() ? run.largest.trajectory : run.largest.adjusted;
   found.camera = *run.camera;
-  found.timing = run.timing;
+  found.timing = run.sensor.timing;
   return found;
 }
 

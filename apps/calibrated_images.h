@@ -5,8 +5,8 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <highwall/core/trajectory.h>
+#include <highwall/frontend/calibration/camera_calibration.h>
 #include <highwall/frontend/input/sensor.h>
-#include <highwall/frontend/local/camera_calibration.h>
 
 #include "calibration_file.h"
 #include "opened_dataset.h"

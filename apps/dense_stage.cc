@@ -30,7 +30,7 @@ class DenseStage::KeyframeMapping {
         mapper_(MapOptions(options, sensor), DepthCameraOf(sensor)) {}
 
   void SetKeyframe(const KeyFrame& keyframe) {
-    made_with_[keyframe.id] = {keyframe.frame.stamp, slam_.depth_pattern()};
+    made_with_[keyframe.id] = {keyframe.frame.stamp, slam_.sensor().depth_pattern};
   }
   void Apply(const KeyframeEvent& event) { mapper_.Apply(event); }
 
@@ -64,7 +64,7 @@ class DenseStage::KeyframeMapping {
   // Maps keyframes again, from their images, that were created before the depth distortion was
   // known. Their stamps ascend, as those of the dataset do.
   void MapAgain() {
-    const DepthPattern pattern = slam_.depth_pattern();
+    const DepthPattern pattern = slam_.sensor().depth_pattern;
     auto next = made_with_.begin();
     for (std::size_t i = 0; i < dataset_.size() && next != made_with_.end(); ++i) {
       if (dataset_.stamp(i) != next->second.stamp) continue;

@@ -305,9 +305,9 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"matched_per_frame", {{"points", run.matched_points}, {"lines", run.matched_lines}}},
       {"per_frame", ToJson(run.per_frame)},
       {"frame_timing_s",
-       {{"value", ToJson(run.timing.value)}, {"sigma", ToJson(run.timing.sigma)}}},
-      {"depth_pattern", ToJson(run.depth_pattern)},
-      {"noise", ToJson(run.noise, run.levels)},
+       {{"value", ToJson(run.sensor.timing.value)}, {"sigma", ToJson(run.sensor.timing.sigma)}}},
+      {"depth_pattern", ToJson(run.sensor.depth_pattern)},
+      {"noise", ToJson(run.sensor.noise, run.levels)},
       {"milliseconds", ToJson(run.times)},
       {"seconds", run.seconds}};
   if (run.inertial) json["imu"] = ToJson(*run.inertial);

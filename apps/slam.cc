@@ -96,9 +96,9 @@ void PrintInertial(const InertialSummary& inertial) {
 void PrintMapping(const SlamRun& run) {
   fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
              run.lines);
-  if (!run.depth_pattern.IsZero()) {
+  if (!run.sensor.depth_pattern.IsZero()) {
     fmt::print("depth       distortion corrected: {:.2f} % over the image, at 1 m (RMS)\n",
-               100.0 * run.depth_pattern.Rms());
+               100.0 * run.sensor.depth_pattern.Rms());
   }
   if (run.inertial) PrintInertial(*run.inertial);
   if (run.gps && run.gps->T_GW) {

@@ -355,9 +355,7 @@ class RunTally {
 void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSystem& slam,
                SlamRun* run) {
   run->refined = slam.refined_frames();
-  run->timing = slam.timing();
-  run->depth_pattern = slam.depth_pattern();
-  run->noise = slam.noise();
+  run->sensor = slam.sensor();
   run->levels = slam.map().feature_type().pyramid.levels;
   const auto attempt = [run](const char* what, const auto& work) {
     Attempt(what, &run->failures, work);

@@ -9,9 +9,9 @@
 #include <vector>
 
 #include <highwall/core/trajectory.h>
+#include <highwall/frontend/calibration/camera_calibration.h>
+#include <highwall/frontend/calibration/depth_scale.h>
 #include <highwall/frontend/input/dataset.h>
-#include <highwall/frontend/local/camera_calibration.h>
-#include <highwall/frontend/local/depth_scale.h>
 #include <highwall/frontend/system/slam_system.h>
 #include <highwall/mapping/dense_mapper.h>
 
@@ -157,9 +157,7 @@ struct SlamRun {
   std::map<std::string, std::size_t> loss_reasons;  // number of frames per reason
   std::size_t repeated = 0;                         // colour images identical to the previous one
   int refined = 0;                                  // frames with a pose refined afterwards
-  FrameTimingEstimate timing;                       // final
-  DepthPattern depth_pattern;                       // final
-  NoiseEstimate noise;                              // final
+  SensorEstimate sensor;                            // final
   int levels = 0;                                   // of the pyramid of its points
   std::optional<InertialSummary> inertial;          // with an IMU
   std::optional<GpsSummary> gps;                    // with a GPS

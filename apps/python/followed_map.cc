@@ -9,7 +9,7 @@ namespace highwall::python {
 
 void FollowedMap::SetKeyframe(const SlamSystem& slam, const KeyFrame& keyframe,
                               const RgbdImage& original) {
-  if (!finished_) originals_[keyframe.id] = {original, slam.depth_pattern()};
+  if (!finished_) originals_[keyframe.id] = {original, slam.sensor().depth_pattern};
 }
 
 void FollowedMap::Apply(const KeyframeEvent& event) {
@@ -37,7 +37,7 @@ std::vector<DenseMap> FollowedMap::Finish(const SlamSystem* slam) {
 
 void FollowedMap::MapAgain(const SlamSystem& slam) {
   for (const auto& [id, original] : std::exchange(originals_, {})) {
-    if (original.known.nodes == slam.depth_pattern().nodes) continue;
+    if (original.known.nodes == slam.sensor().depth_pattern.nodes) continue;
     if (const auto view = slam.keyframe_view(id, original.image)) mapper_.Apply({.added = {*view}});
   }
 }

@@ -262,6 +262,12 @@ void BindEstimates(py::module_& module) {
       .def_property_readonly(
           "line_depth", [](const NoiseEstimate& noise) { return ArrayOf(noise.line_depth); },
           "Of their depth, as point_depth.");
+  py::class_<SensorEstimate>(module, "SensorEstimate", "The current online estimate of the sensor.")
+      .def_readonly("timing", &SensorEstimate::timing, "When the rows of images are taken.")
+      .def_property_readonly(
+          "depth_pattern", [](const SensorEstimate& self) { return self.depth_pattern.nodes; },
+          "[1/m] The correction to add to RgbdSensor.depth_pattern.")
+      .def_readonly("noise", &SensorEstimate::noise, "Noise of the observations.");
 }
 
 using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
@@ -368,18 +374,10 @@ void BindSlam(py::module_& module) {
              return PythonTrajectory{
                  self.Call([](const SlamSystem& slam) { return slam.keyframe_trajectory(); })};
            })
-      .def("timing", Exclusively<PythonSlam>(&SlamSystem::timing),
-           "When rows are taken, as estimated so far.")
-      .def(
-          "depth_pattern",
-          [](Slam& self) {
-            return self.Call([](const SlamSystem& slam) { return slam.depth_pattern().nodes; });
-          },
-          "[1/m] RgbdSensor.depth_pattern, as estimated so far beside what the sensor states.")
+      .def("sensor", Exclusively<PythonSlam>(&SlamSystem::sensor),
+           "Online estimate of the sensor, as it is now.")
       .def("refined_frames", Exclusively<PythonSlam>(&SlamSystem::refined_frames),
            "How many frames had their pose found once more.")
-      .def("noise", Exclusively<PythonSlam>(&SlamSystem::noise),
-           "How noisy observations are, as estimated so far.")
       .def(
           "map_points", [](Slam& self) { return self.Call(&MapPoints); }, "[m] n x 3 in W.")
       .def(

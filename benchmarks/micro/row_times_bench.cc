@@ -4,8 +4,8 @@
 
 #include <benchmark/benchmark.h>
 
+#include "sensor/keyframe_row_times.h"
 #include "support/synthetic_scene.h"
-#include "tracking/keyframe_row_times.h"
 
 namespace highwall::row_times_bench {
 namespace {

@@ -14,7 +14,7 @@
 
 #include <highwall/core/trajectory.h>
 #include <highwall/core/trajectory_error.h>
-#include <highwall/frontend/local/camera_calibration.h>
+#include <highwall/frontend/calibration/camera_calibration.h>
 
 #include "calibration_file.h"
 #include "config.h"

@@ -1,4 +1,4 @@
-#include <highwall/frontend/local/camera_calibration.h>
+#include <highwall/frontend/calibration/camera_calibration.h>
 
 #include <array>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include <highwall/frontend/inertial/camera_imu_calibration.h>
+#include <highwall/frontend/calibration/camera_imu_calibration.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 
-#include "inertial/axes_alignment.h"
+#include "calibration/axes_alignment.h"
 #include "support/imu_scene.h"
 
 namespace highwall::camera_imu_calibration_test {

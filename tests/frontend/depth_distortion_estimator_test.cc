@@ -1,4 +1,4 @@
-#include "loops/depth_distortion_estimator.h"
+#include "calibration/depth_distortion_estimator.h"
 
 #include <cmath>
 #include <memory>

@@ -1,11 +1,11 @@
-#include "tracking/frame_timing_estimator.h"
+#include "sensor/frame_timing_estimator.h"
 
 #include <memory>
 
 #include <gtest/gtest.h>
 
+#include "sensor/keyframe_row_times.h"
 #include "support/synthetic_scene.h"
-#include "tracking/keyframe_row_times.h"
 
 namespace highwall::frame_timing_estimator_test {
 namespace {
@@ -33,19 +33,17 @@ TEST(FrameTimingEstimator, WhatTheStampsOfDepthSayIsNoneOfTheCamerasDelay) {
   Map map;
   KeyFrame& keyframe =
       map.AddKeyFrame({.index = 0, .stamp = 0, .features = features, .depth_delay = kLate}, Pose());
-  TrackedFrame tracked;
-  tracked.frame = {
-      .index = 1, .stamp = FromSeconds(0.03), .features = features, .depth_delay = kLate};
+  std::vector<PointId> points;
   for (std::size_t i = 0; i < features->points.size(); ++i) {
     const PointId id =
         map.AddPoint(camera.Unproject(features->points[i].uv, features->points[i].depth), 0).id;
     map.ObservePoint(keyframe.id, static_cast<int>(i), id);
-    tracked.points.push_back(id);
+    points.push_back(id);
   }
   const Twist forward{.v = {0.0, 0.0, 0.5}}, back{.v = {0.0, 0.0, -0.5}};
   keyframes.Remember(keyframe, {{.depth_delay = kLate}, forward});
   // The measurements are consistent with the current timing.
-  estimator.Add(tracked, map, back);
+  estimator.Add({FromSeconds(0.03), *features, points, Pose()}, map, back);
   const FrameTimingEstimate estimate = estimator.estimate();
   EXPECT_NEAR(estimate.value.depth_delay, 0.0, 1e-9);
   EXPECT_LT(estimate.sigma.depth_delay, 0.0099);  // and it is informative: 10 ms before

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "features/row_times.h"
+#include "sensor/keyframe_row_times.h"
 #include "support/synthetic_scene.h"
-#include "tracking/keyframe_row_times.h"
 
 namespace highwall::keyframe_row_times_test {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <highwall/frontend/local/depth_scale.h>
+#include <highwall/frontend/calibration/depth_scale.h>
 #include <simulate/scenes/room.h>
 #include <opencv2/core.hpp>
 

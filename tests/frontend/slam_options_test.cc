@@ -23,10 +23,10 @@
 #include <gtest/gtest.h>
 #include <highwall/frontend/map/measurement_model.h>
 
+#include "calibration/depth_distortion_estimator.h"
 #include "features/frame_builder.h"
 #include "inertial/inertial_odometry.h"
 #include "local/local_mapper.h"
-#include "loops/depth_distortion_estimator.h"
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "support/message_of.h"

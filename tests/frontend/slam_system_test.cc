@@ -339,10 +339,10 @@ TEST_F(SlamSystemTest, NoiseIsLearntOnFromAMapThatIsGiven) {
   // Ten keyframes are added at once, whereas the first system added them one by one: the estimate
   // is on the same side, and at least half as far. Corners of the finest level are many, and more
   // accurate than specified.
-  const double beginning = blank.noise().point_px[0], learnt = first.noise().point_px[0];
+  const double beginning = blank.sensor().noise.point_px[0], learnt = first.sensor().noise.point_px[0];
   EXPECT_LT(learnt, 0.95 * beginning);
-  EXPECT_LT(again.noise().point_px[0], 0.5 * (beginning + learnt));
-  EXPECT_EQ(as_known.noise().point_px[0], beginning);
+  EXPECT_LT(again.sensor().noise.point_px[0], 0.5 * (beginning + learnt));
+  EXPECT_EQ(as_known.sensor().noise.point_px[0], beginning);
 }
 
 TEST_F(SlamSystemTest, LocalizingNeedsAMapAndNoImu) {

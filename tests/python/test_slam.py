@@ -25,7 +25,7 @@ def test_slam_follows_a_camera_and_tells_of_it(sensor):
     for stamp, bgr, depth in images:
         assert slam.track(stamp, bgr, depth).state == hw.TrackingState.TRACKING
     slam.finish()
-    np.testing.assert_array_equal(slam.depth_pattern(), np.zeros(20))
+    np.testing.assert_array_equal(slam.sensor().depth_pattern, np.zeros(20))
     assert 0 < slam.refined_frames() < len(images)  # keyframes are not among them
     assert [frame.stamp for frame in frames] == [stamp for stamp, _, _ in images]
     _, bgr, depth = keyframes[0]
@@ -197,19 +197,19 @@ def test_what_an_extractor_raises_or_gives_wrongly_comes_out_of_track(sensor):
     assert hw.SlamSystem(sensor, points=blind()).track(*image).points == 0
 
 
-def test_what_was_found_out_of_rows_and_noise_is_told(sensor):
-    assert hw.SlamSystem(sensor).noise().point_px.shape == (16,)
-    assert hw.SlamSystem(sensor).noise().refined_px.shape == (16,)
+def test_row_times_and_noise_are_estimated_online(sensor):
+    assert hw.SlamSystem(sensor).sensor().noise.point_px.shape == (16,)
+    assert hw.SlamSystem(sensor).sensor().noise.refined_px.shape == (16,)
     sensor.timing = hw.FrameTiming(colour_readout=0.02, depth_delay=-0.01)
     slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
-    before = slam.noise()
+    before = slam.sensor().noise
     for image in moving_wall(sensor.camera, 25):
         slam.track(*image)
     slam.finish()
-    timing = slam.timing()
+    timing = slam.sensor().timing
     # A wall that passes at one speed tells little of it: what was known stays, to what is not known.
     assert abs(timing.value.colour_readout - 0.02) <= 3 * timing.sigma.colour_readout > 0
-    noise = slam.noise()
+    noise = slam.sensor().noise
     # Depth is without error here: better than was known, down to what views share (docs/noise.md).
     assert noise.point_depth[2] < 0.9 * before.point_depth[2]
     assert noise.point_depth.shape == noise.edge_depth.shape == noise.line_px.shape == noise.line_depth.shape == (4,)

@@ -56,7 +56,7 @@ def test_a_system_is_read_on_one_thread_while_another_tracks(sensor):
     def read():
         assert slam.map_points().shape[1] == 3 and slam.map_lines().shape[1] == 6
         assert len(slam.trajectory()) <= 30 and len(slam.keyframe_trajectory()) <= 30
-        slam.noise(), slam.timing(), slam.depth_pattern(), slam.refined_frames(), slam.factor_counts
+        slam.sensor(), slam.refined_frames(), slam.factor_counts
 
     beside(track, read)
     assert len(slam.trajectory()) == 30

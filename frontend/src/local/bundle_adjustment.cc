@@ -74,13 +74,6 @@ struct BundleAdjuster::Result {
   }
 };
 
-void Forget(const OutlierObservations& outliers, Map* map) {
-  for (const auto& [keyframe, point] : outliers.points) {
-    map->ForgetPointObservation(keyframe, point);
-  }
-  for (const auto& [keyframe, line] : outliers.lines) map->ForgetLineObservation(keyframe, line);
-}
-
 // The graph of one adjustment and the correspondence of its variables and factors to the map.
 class BundleAdjuster::Problem {
  public:

@@ -3,24 +3,15 @@
 #include <memory>
 #include <span>
 #include <stop_token>
-#include <utility>
-#include <vector>
 
 #include <highwall/frontend/local/options.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/measurement_model.h>
 
+#include "map/outlier_observations.h"
+
 namespace highwall {
-
-// Observations of landmarks classified as outliers by an adjustment.
-struct OutlierObservations {
-  std::vector<std::pair<KeyFrameId, PointId>> points;
-  std::vector<std::pair<KeyFrameId, LineId>> lines;
-};
-
-// Removes the observations from their keyframes; skips those that no longer exist.
-void Forget(const OutlierObservations& outliers, Map* map);
 
 // Minimizes the reprojection errors of `free` and `fixed` over the keyframes of `free` and every
 // point and line that they observe, and removes the observations that remain outliers. Lines use

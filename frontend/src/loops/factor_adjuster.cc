@@ -253,7 +253,7 @@ class FactorAdjuster::Job {
   const UserFactorOptions options_;
   const KeyFrameGraphOptions graph_;
   FactorAdjustmentReport report_;
-  MapCorrection correction_;
+  MapEdit correction_;
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 

@@ -10,7 +10,7 @@
 #include <highwall/frontend/map/map_report.h>
 #include <highwall/internal/background_job.h>
 
-#include "loops/map_correction.h"
+#include "map/map_edit.h"
 
 namespace highwall {
 

@@ -12,7 +12,7 @@ namespace highwall {
 
 struct LoopCloser::Result {
   LoopReport report;
-  MapCorrection correction;
+  MapEdit correction;
   KeyFrameMoves by_factors{};
 };
 

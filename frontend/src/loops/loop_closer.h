@@ -14,7 +14,7 @@
 #include "local/bundle_adjustment.h"
 #include "loops/loop_correction.h"
 #include "loops/loop_detector.h"
-#include "loops/map_correction.h"
+#include "map/map_edit.h"
 
 namespace highwall {
 
@@ -46,7 +46,7 @@ class LoopCloser {
   bool IsIdle() const { return job_.IsEmpty(); }
   // Returns whether a result is ready to be applied.
   bool HasResult() const;
-  // Applies the ready results to the map; between frames. MapCorrection describes what moves.
+  // Applies the ready results to the map; between frames. MapEdit describes what moves.
   // Rethrows the exception that ended the work, once; nothing is applied then.
   std::vector<LoopReport> Update(Map* map);
   // Waits for the work to end and applies it. Throws as Update().

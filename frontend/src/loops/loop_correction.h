@@ -12,7 +12,7 @@
 
 #include "loops/keyframe_graph.h"
 #include "loops/loop_detector.h"
-#include "loops/map_correction.h"
+#include "map/map_edit.h"
 #include "map/map_matcher.h"
 
 namespace highwall {

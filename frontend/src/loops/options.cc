@@ -20,10 +20,6 @@ void LoopCloserOptions::Validate() const {
   RequireInRange(*this, "LoopCloserOptions");
 }
 
-void DepthPatternOptions::Validate() const {
-  RequireInRange(*this, "DepthPatternOptions");
-}
-
 void UserFactorOptions::Validate() const {
   RequireInRange(*this, "UserFactorOptions");
 }

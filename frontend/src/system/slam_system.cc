@@ -87,20 +87,12 @@ const Map& SlamSystem::map() const {
   return impl_->map();
 }
 
-NoiseEstimate SlamSystem::noise() const {
-  return impl_->noise();
-}
-
-DepthPattern SlamSystem::depth_pattern() const {
-  return impl_->depth_pattern();
+SensorEstimate SlamSystem::sensor() const {
+  return impl_->sensor();
 }
 
 int SlamSystem::refined_frames() const {
   return impl_->refined_frames();
-}
-
-FrameTimingEstimate SlamSystem::timing() const {
-  return impl_->timing();
 }
 
 }  // namespace highwall

@@ -14,10 +14,10 @@
 #include <highwall/frontend/map/measurement_model.h>
 #include <highwall/frontend/system/slam_system.h>
 
+#include "calibration/depth_distortion_estimator.h"
 #include "features/frame_builder.h"
 #include "inertial/inertial_odometry.h"
 #include "local/local_mapper.h"
-#include "loops/depth_distortion_estimator.h"
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "system/keyframe_release.h"
@@ -58,9 +58,9 @@ class SlamSystem::Impl {
   Trajectory trajectory() const;
   Trajectory keyframe_trajectory() const;
   std::vector<SubmapTrajectory> submaps() const;
-  NoiseEstimate noise() const { return tracker_.noise(); }
-  FrameTimingEstimate timing() const { return tracker_.timing_estimate(); }
-  const DepthPattern& depth_pattern() const { return depth_pattern_.pattern(); }
+  SensorEstimate sensor() const {
+    return {tracker_.timing_estimate(), depth_pattern_.pattern(), tracker_.noise()};
+  }
   int refined_frames() const { return refiner_.refined(); }
   const Map& map() const { return map_; }
 

@@ -162,7 +162,8 @@ void Tracker::UpdateMotion(const PoseConstraint* predicted, bool has_landmarks, 
   if (!is_continuous_) return;
   if (anchored_) keyframe_times_.Correct(*anchored_, velocity_.AtBeginning(before));
   if (options_.timing == FrameTimingMode::kEstimated) {
-    timing_.Add(*tracked, map, imu_predicts_motion_ ? moved_by_.motion : velocity_.twist());
+    timing_.Add({tracked->frame.stamp, *tracked->frame.features, tracked->points, tracked->T_WC},
+                map, imu_predicts_motion_ ? moved_by_.motion : velocity_.twist());
   }
 }
 

@@ -15,10 +15,10 @@
 #include "pose/direct_alignment.h"
 #include "pose/pose_solver.h"
 #include "pose/surface_matcher.h"
+#include "sensor/frame_timing_estimator.h"
+#include "sensor/noise_estimator.h"
 #include "tracking/constant_velocity.h"
 #include "tracking/dynamic_features.h"
-#include "tracking/frame_timing_estimator.h"
-#include "tracking/noise_estimator.h"
 #include "tracking/relocalizer.h"
 #include "tracking/tracked_frame.h"
 

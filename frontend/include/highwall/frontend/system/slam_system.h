@@ -13,6 +13,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/imu_buffer.h>
+#include <highwall/frontend/calibration/options.h>
 #include <highwall/frontend/features/options.h>
 #include <highwall/frontend/features/point_extractor.h>
 #include <highwall/frontend/inertial/inertial_report.h>
@@ -25,6 +26,7 @@
 #include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/options.h>
 #include <highwall/frontend/pose/pose_report.h>
+#include <highwall/frontend/sensor/sensor_estimate.h>
 #include <highwall/frontend/tracking/options.h>
 
 namespace [[gnu::visibility("default")]] highwall {
@@ -209,7 +211,7 @@ class SlamSystem {
   // first.
   cv::Mat DynamicMaskOf(KeyFrameId keyframe) const;
   // Returns the depth [m] of an active keyframe's image, corrected by the current estimate, as the
-  // keyframe's features are: without depth_pattern(), and with rolling-shutter compensation
+  // keyframe's features are: without sensor().depth_pattern, and with rolling-shutter compensation
   // (docs/row_times.md). depth: CV_32FC1, as given to Track(), else throws InvalidArgument. For a
   // keyframe that is not from this run only the pattern is removed.
   cv::Mat CorrectedDepth(KeyFrameId keyframe, const cv::Mat& depth) const;
@@ -238,15 +240,10 @@ class SlamSystem {
   // One trajectory per world in which frames were tracked and that still exists, most frames first.
   std::vector<SubmapTrajectory> submaps() const;
 
-  // Online estimate of the rolling-shutter timing (TrackerOptions::timing).
-  FrameTimingEstimate timing() const;
-  // Online estimate of the remaining depth distortion of the given images, which is corrected
-  // (SlamOptions::depth_pattern): the correction to add to RgbdSensor::depth_pattern.
-  DepthPattern depth_pattern() const;
+  // Online estimate of the noise, the row times and the depth distortion of the sensor.
+  SensorEstimate sensor() const;
   // Number of frames whose pose was refined afterwards (SlamOptions::refinement).
   int refined_frames() const;
-  // Online estimate of the observation noise (TrackerOptions::learn_noise).
-  NoiseEstimate noise() const;
 
   const Map& map() const;
 

@@ -73,11 +73,4 @@ void ForEachOption(OptionsOf<UserFactorOptions> auto& options, const auto& visit
   visit("background", options.background);
 }
 
-void ForEachOption(OptionsOf<DepthPatternOptions> auto& options, const auto& visit) {
-  visit("enabled", options.enabled);
-  visit("first", options.first, AtLeast(3));
-  visit("most", options.most, AtLeast(3));
-  visit("background", options.background);
-}
-
 }  // namespace highwall

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <highwall/frontend/calibration/option_table.h>
 #include <highwall/frontend/inertial/option_table.h>
 #include <highwall/frontend/loops/option_table.h>
 #include <highwall/frontend/system/slam_system.h>

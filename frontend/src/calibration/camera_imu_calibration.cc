@@ -1,4 +1,4 @@
-#include <highwall/frontend/inertial/camera_imu_calibration.h>
+#include <highwall/frontend/calibration/camera_imu_calibration.h>
 
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@
 #include <highwall/frontend/input/sensor.h>
 #include <highwall/internal/require.h>
 
-#include "inertial/axes_alignment.h"
+#include "calibration/axes_alignment.h"
 #include "inertial/imu_saturation.h"
 
 namespace highwall {

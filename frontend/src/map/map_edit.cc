@@ -1,4 +1,4 @@
-#include "loops/map_correction.h"
+#include "map/map_edit.h"
 
 #include <algorithm>
 #include <utility>
@@ -26,7 +26,7 @@ const Value* At(const std::unordered_map<Id<Tag>, Value>& values, Id<Tag> id) {
 // The moves D_W of all keyframes of the map: x_W <- D_W x_W.
 class Moves {
  public:
-  Moves(const MapCorrection& correction, const Map& map) {
+  Moves(const MapEdit& correction, const Map& map) {
     std::unordered_map<SubmapId, Pose> newest;
     for (const KeyFrameId id : map.keyframe_ids()) {
       const KeyFrame& keyframe = *map.keyframe(id);
@@ -67,11 +67,11 @@ MapGeometry GeometryOf(const Map& map, SubmapId submap) {
           map.factors().PlacesIn(map.Root(submap))};
 }
 
-MapCorrection AdjustedTo(const Map& map, OutlierObservations outliers, SubmapId submap) {
-  MapCorrection correction{.after = GeometryOf(map, submap),
-                           .fusion = {},
-                           .outliers = std::move(outliers),
-                           .gravity_W = map.gravity_W(submap)};
+MapEdit AdjustedTo(const Map& map, OutlierObservations outliers, SubmapId submap) {
+  MapEdit correction{.after = GeometryOf(map, submap),
+                     .fusion = {},
+                     .outliers = std::move(outliers),
+                     .gravity_W = map.gravity_W(submap)};
   for (const auto& [id, pose] : correction.after.keyframes) {
     if (const auto& motion = map.keyframe(id)->motion) {
       correction.motions.emplace(id, BodyMotion{motion->v_WB, motion->bias});
@@ -80,7 +80,7 @@ MapCorrection AdjustedTo(const Map& map, OutlierObservations outliers, SubmapId 
   return correction;
 }
 
-void Apply(const MapCorrection& correction, Map* map) {
+void Apply(const MapEdit& correction, Map* map) {
   const auto& [after, fusion, outliers, merge, motions, gravity_W] = correction;
   const Moves moves(correction, *map);
   for (const PointId id : map->point_ids()) {
@@ -119,7 +119,7 @@ void Apply(const MapCorrection& correction, Map* map) {
 void MoveKeyFrames(const std::vector<KeyFrameId>& keyframes, const std::vector<Pose>& T_WC,
                    Map* map) {
   HIGHWALL_REQUIRE(keyframes.size() == T_WC.size(), "MoveKeyFrames: a pose for every keyframe");
-  MapCorrection correction;
+  MapEdit correction;
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     correction.after.keyframes.emplace(keyframes[i], T_WC[i]);
   }

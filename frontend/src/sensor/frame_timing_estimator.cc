@@ -1,4 +1,4 @@
-#include "tracking/frame_timing_estimator.h"
+#include "sensor/frame_timing_estimator.h"
 
 #include <algorithm>
 #include <cmath>
@@ -99,20 +99,19 @@ FrameTimingEstimator::Landmark FrameTimingEstimator::ShiftOf(const MapPoint& poi
 }
 
 void FrameTimingEstimator::AddPoint(const PointFeature& feature, const MapPoint& point,
-                                    const TrackedFrame& tracked, const Map& map,
-                                    const Twist& motion, Equations* equations) const {
-  const auto view = RgbdProjection::At(tracked.T_WC.data());
+                                    const View& view, const Map& map, const Twist& motion,
+                                    Equations* equations) const {
+  const auto camera = RgbdProjection::At(view.T_WC.data());
   const Landmark landmark = ShiftOf(point, map);
   Eigen::Vector3d r;
   Eigen::Matrix<double, 3, 6> dr_dpose;
   Eigen::Matrix3d dr_dp_W;
-  if (!model_.projection().Evaluate<3>(view, model_.Rows(feature), point.p_W + landmark.since, &r,
+  if (!model_.projection().Evaluate<3>(camera, model_.Rows(feature), point.p_W + landmark.since, &r,
                                        &dr_dpose, &dr_dp_W) ||
       r.squaredNorm() > kMaxChi2) {
     return;
   }
-  const Matrix seen =
-      view.R_BW.transpose() * Shift(feature, tracked.frame.features->depth_grid, motion);
+  const Matrix seen = camera.R_BW.transpose() * Shift(feature, view.features.depth_grid, motion);
   Eigen::Matrix<double, 3, 9> J;
   J << dr_dpose, dr_dp_W * (landmark.shift - seen);
   equations->H += J.transpose() * J;
@@ -120,15 +119,15 @@ void FrameTimingEstimator::AddPoint(const PointFeature& feature, const MapPoint&
   ++equations->points;
 }
 
-void FrameTimingEstimator::Add(const TrackedFrame& tracked, const Map& map, const Twist& motion) {
-  const double dt = ToSeconds(tracked.frame.stamp - last_);
+void FrameTimingEstimator::Add(const View& view, const Map& map, const Twist& motion) {
+  const double dt = ToSeconds(view.stamp - last_);
   if (dt <= 0.0) return;
   Equations equations;
-  const FrameFeatures& features = *tracked.frame.features;
-  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
-    const MapPoint* point = map.point(tracked.points[i]);
-    if (point == nullptr || !(features.points[i].depth > 0.0)) continue;
-    AddPoint(features.points[i], *point, tracked, map, motion, &equations);
+  for (std::size_t i = 0; i < view.points.size(); ++i) {
+    const PointFeature& feature = view.features.points[i];
+    const MapPoint* point = map.point(view.points[i]);
+    if (point == nullptr || !(feature.depth > 0.0)) continue;
+    AddPoint(feature, *point, view, map, motion, &equations);
   }
   if (equations.points < kMinPoints) return;
   const Eigen::Matrix<double, 6, 6> pose =
@@ -138,7 +137,7 @@ void FrameTimingEstimator::Add(const TrackedFrame& tracked, const Map& map, cons
   const Matrix N = equations.H.bottomRightCorner<3, 3>() - mixed.transpose() * eliminated;
   const Vector g = equations.g.tail<3>() - eliminated.transpose() * equations.g.head<6>();
   information_ = std::exp(-dt / kMemory) * information_ + N / kCorrelatedReadings;
-  last_ = tracked.frame.stamp;
+  last_ = view.stamp;
   const Matrix covariance = Covariance();
   // The residuals belong to the applied timing, not to the estimate.
   const Vector gradient = g + N * (estimate_ - AsVector(timing_));

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "loops/map_correction.h"
+#include "map/map_edit.h"
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
-namespace highwall::map_correction_test {
+namespace highwall::map_edit_test {
 namespace {
 
 using testing::IdealSensor;
@@ -20,9 +20,9 @@ const Pose kPoses[] = {Pose::FromTangent({0, 0, 0}, {0, -0.2, 0}),
                        Pose::FromTangent({0.3, 0.1, 0}, {0, 0.2, 0})};
 const Pose kMove = Pose::FromTangent({0.3, -0.1, 0.2}, {0.02, 0.1, -0.03});
 
-class MapCorrectionTest : public ::testing::Test {
+class MapEditTest : public ::testing::Test {
  protected:
-  MapCorrectionTest() {
+  MapEditTest() {
     for (int i = 0; i < 2; ++i) scene_map.Add(Look(scene, IdealSensor(), kPoses[i]), kPoses[i]);
   }
 
@@ -32,7 +32,7 @@ class MapCorrectionTest : public ::testing::Test {
   SceneMap scene_map{scene};
 };
 
-TEST_F(MapCorrectionTest, LandmarksFollowTheKeyFrameThatSawThemFirst) {
+TEST_F(MapEditTest, LandmarksFollowTheKeyFrameThatSawThemFirst) {
   const auto before = GeometryOf(map());
   MoveKeyFrames({0_kf, 1_kf}, {kPoses[0], kMove * kPoses[1]}, &map());
   EXPECT_LT(PositionError(map().keyframe(1_kf)->T_WC, kMove * kPoses[1]), 1e-12);
@@ -51,8 +51,8 @@ TEST_F(MapCorrectionTest, LandmarksFollowTheKeyFrameThatSawThemFirst) {
   }
 }
 
-TEST_F(MapCorrectionTest, WhatCameSinceTheCopyFollowsIt) {
-  MapCorrection correction;
+TEST_F(MapEditTest, WhatCameSinceTheCopyFollowsIt) {
+  MapEdit correction;
   Map copy = map().Clone();
   MoveKeyFrames({0_kf, 1_kf}, {kPoses[0], kMove * kPoses[1]}, &copy);
   const PointId moved = copy.keyframe(1_kf)->points.front();
@@ -84,7 +84,7 @@ TEST_F(MapCorrectionTest, WhatCameSinceTheCopyFollowsIt) {
   }
 }
 
-TEST_F(MapCorrectionTest, AnErrorThatWasMendedMeanwhileIsNotMendedTwice) {
+TEST_F(MapEditTest, AnErrorThatWasMendedMeanwhileIsNotMendedTwice) {
   // The copy and a local adjustment of the map move keyframe 1 and its landmarks to one place.
   Map copy = map().Clone();
   const auto adjust = [](Map* m) {
@@ -94,7 +94,7 @@ TEST_F(MapCorrectionTest, AnErrorThatWasMendedMeanwhileIsNotMendedTwice) {
   scene_map.Add(Look(scene, IdealSensor(), kPoses[2]), kPoses[2]);
   adjust(&map());
   const auto now = GeometryOf(map());
-  MapCorrection correction;
+  MapEdit correction;
   correction.after = GeometryOf(copy);
   Apply(correction, &map());
   for (const KeyFrameId id : map().keyframe_ids()) {
@@ -108,11 +108,11 @@ TEST_F(MapCorrectionTest, AnErrorThatWasMendedMeanwhileIsNotMendedTwice) {
   }
 }
 
-TEST_F(MapCorrectionTest, WhatWasFoundWrongInTheCopyIsForgotten) {
+TEST_F(MapEditTest, WhatWasFoundWrongInTheCopyIsForgotten) {
   const KeyFrame& keyframe = *map().keyframe(1_kf);
   const PointId point = keyframe.points[0], other = keyframe.points[1];
   const LineId line = keyframe.lines[0];
-  MapCorrection correction;
+  MapEdit correction;
   correction.after = GeometryOf(map());
   // The last two no longer exist.
   correction.outliers = {{{1_kf, point}, {77_kf, other}, {1_kf, PointId(12345)}}, {{1_kf, line}}};
@@ -122,7 +122,7 @@ TEST_F(MapCorrectionTest, WhatWasFoundWrongInTheCopyIsForgotten) {
   EXPECT_EQ(keyframe.lines[0], kNoId);
 }
 
-TEST_F(MapCorrectionTest, ACloneIsAMapOfItsOwn) {
+TEST_F(MapEditTest, ACloneIsAMapOfItsOwn) {
   Map clone = map().Clone();
   clone.keyframe(0_kf)->T_WC = kMove;
   clone.RemovePoint(clone.point_ids().front());
@@ -131,7 +131,7 @@ TEST_F(MapCorrectionTest, ACloneIsAMapOfItsOwn) {
   EXPECT_EQ(clone.keyframe(1_kf)->frame.features, map().keyframe(1_kf)->frame.features);
 }
 
-TEST_F(MapCorrectionTest, ACloneOfSomeKeyframesHasThemAndWhatTheySeeUnderTheSameIds) {
+TEST_F(MapEditTest, ACloneOfSomeKeyframesHasThemAndWhatTheySeeUnderTheSameIds) {
   const std::vector<KeyFrameId> some{1_kf};
   Map clone = map().CloneOf(some);
   EXPECT_EQ(clone.keyframe_ids(), some);
@@ -149,4 +149,4 @@ TEST_F(MapCorrectionTest, ACloneOfSomeKeyframesHasThemAndWhatTheySeeUnderTheSame
 }
 
 }  // namespace
-}  // namespace highwall::map_correction_test
+}  // namespace highwall::map_edit_test

@@ -1,4 +1,4 @@
-#include "loops/depth_distortion_estimator.h"
+#include "calibration/depth_distortion_estimator.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +8,10 @@
 #include <vector>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/local/camera_calibration.h>
+#include <highwall/frontend/calibration/camera_calibration.h>
 
 #include "features/corrected_depth.h"
-#include "loops/map_correction.h"
+#include "map/map_edit.h"
 
 namespace highwall {
 namespace {
@@ -116,7 +116,7 @@ class DepthDistortionEstimator::Job {
   const std::optional<double> known_sigma_;  // [1/m] of the known pattern, RMS
   double sigma_ = 0.0;                       // [1/m] of the new pattern
   DepthPattern found_;
-  MapCorrection correction_;
+  MapEdit correction_;
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 

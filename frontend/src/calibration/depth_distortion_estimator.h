@@ -6,8 +6,8 @@
 
 #include <highwall/core/camera.h>
 #include <highwall/factors/depth_pattern.h>
+#include <highwall/frontend/calibration/options.h>
 #include <highwall/frontend/local/options.h>
-#include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 #include <highwall/internal/background_job.h>

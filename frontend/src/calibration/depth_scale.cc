@@ -1,4 +1,4 @@
-#include <highwall/frontend/local/depth_scale.h>
+#include <highwall/frontend/calibration/depth_scale.h>
 
 #include <algorithm>
 #include <cmath>

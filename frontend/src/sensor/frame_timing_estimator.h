@@ -1,16 +1,19 @@
 #pragma once
 
+#include <span>
+
 #include <Eigen/Core>
 
+#include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
+#include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 
 #include <highwall/frontend/features/twist.h>
 #include "features/depth_grid.h"
-#include "tracking/keyframe_row_times.h"
-#include "tracking/tracked_frame.h"
+#include "sensor/keyframe_row_times.h"
 
 namespace highwall {
 
@@ -21,14 +24,22 @@ namespace highwall {
 // the map was built with the previous estimate and adapts to the new one.
 class FrameTimingEstimator {
  public:
+  // A frame with its pose and its matched points.
+  struct View {
+    Stamp stamp;
+    const FrameFeatures& features;
+    std::span<const PointId> points;  // per point feature, kNoId where unmatched
+    Pose T_WC;
+  };
+
   // known: initial value. model, grid, keyframes: must outlive it; grid as the features'
   // depth_grid.
   FrameTimingEstimator(const FrameTiming& known, const MeasurementModel& model,
                        const DepthGrid& grid, const KeyframeRowTimes& keyframes);
 
-  // Adds a frame with its matches and pose, its features moved to the middle row by timing(), and
-  // the motion of the camera at it. A frame backwards in time is ignored.
-  void Add(const TrackedFrame& tracked, const Map& map, const Twist& motion);
+  // Adds a frame, its features moved to the middle row by timing(), and the motion of the camera at
+  // it. A frame backwards in time is ignored.
+  void Add(const View& view, const Map& map, const Twist& motion);
 
   // The timing to be applied: each parameter keeps its known value until the estimate differs
   // significantly from it.
@@ -53,7 +64,7 @@ class FrameTimingEstimator {
   // Returns the derivative of a point observed in C by each of the three parameters [m/s].
   Matrix Shift(const PointFeature& feature, const cv::Mat& depth_grid, const Twist& motion) const;
   Landmark ShiftOf(const MapPoint& point, const Map& map) const;
-  void AddPoint(const PointFeature& feature, const MapPoint& point, const TrackedFrame& tracked,
+  void AddPoint(const PointFeature& feature, const MapPoint& point, const View& view,
                 const Map& map, const Twist& motion, Equations* equations) const;
   Matrix Covariance() const;
 

@@ -1,4 +1,4 @@
-#include "tracking/keyframe_row_times.h"
+#include "sensor/keyframe_row_times.h"
 
 #include <cmath>
 #include <cstddef>

@@ -1,4 +1,4 @@
-#include "inertial/axes_alignment.h"
+#include "calibration/axes_alignment.h"
 
 #include <algorithm>
 #include <cmath>

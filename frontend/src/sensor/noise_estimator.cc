@@ -1,4 +1,4 @@
-#include "tracking/noise_estimator.h"
+#include "sensor/noise_estimator.h"
 
 #include <algorithm>
 #include <cmath>

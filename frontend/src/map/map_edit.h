@@ -12,8 +12,8 @@
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/map_report.h>
 
-#include "local/bundle_adjustment.h"
 #include "map/landmark_fusion.h"
+#include "map/outlier_observations.h"
 
 namespace highwall {
 
@@ -37,7 +37,7 @@ MapGeometry GeometryOf(const Map& map, SubmapId submap = kFirstSubmap);
 using KeyFrameMoves = std::unordered_map<KeyFrameId, Pose>;
 
 // Result computed on a copy of a map, to be applied to the map itself, which has changed since.
-struct MapCorrection {
+struct MapEdit {
   MapGeometry after;
   MapFusion fusion;
   OutlierObservations outliers;
@@ -47,15 +47,14 @@ struct MapCorrection {
   std::optional<Eigen::Vector3d> gravity_W{};  // of the world of the keyframes
 };
 
-// Returns the correction from an adjustment of a whole submap.
-MapCorrection AdjustedTo(const Map& map, OutlierObservations outliers,
-                         SubmapId submap = kFirstSubmap);
+// Returns the edit from an adjustment of a whole submap.
+MapEdit AdjustedTo(const Map& map, OutlierObservations outliers, SubmapId submap = kFirstSubmap);
 
 // Moves what still exists in the map to its place in the copy; newer keyframes move with the newest
 // older keyframe of their world, other landmarks with the first keyframe that observes them. Then
 // fuses landmarks and removes outliers. Moves by local adjustments since the copy was made are not
 // added: they may have corrected the same error as the copy.
-void Apply(const MapCorrection& correction, Map* map);
+void Apply(const MapEdit& edit, Map* map);
 
 // Moves keyframe keyframes[i], all of them active and ascending, to T_WC[i]. Landmarks follow the
 // first of these keyframes that observes them.
