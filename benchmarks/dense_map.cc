@@ -20,9 +20,9 @@
 #include <highwall/mapping/point_cloud_io.h>
 
 #include "bench_main.h"
-#include "config.h"
-#include "opened_dataset.h"
-#include "posed_frames.h"
+#include "run/config.h"
+#include "run/opened_dataset.h"
+#include "run/posed_frames.h"
 #include "same_leaves.h"
 #include "timing.h"
 

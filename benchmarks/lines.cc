@@ -22,8 +22,8 @@
 #include <highwall/factors/line_reprojection.h>
 
 #include "bench_main.h"
-#include "json_text.h"
-#include "option_checks.h"
+#include "cli/option_checks.h"
+#include "files/json_text.h"
 
 namespace highwall::bench {
 namespace {

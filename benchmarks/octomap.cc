@@ -27,7 +27,7 @@
 #include <highwall/mapping/octomap_builder.h>
 
 #include "bench_main.h"
-#include "config.h"
+#include "run/config.h"
 #include "same_leaves.h"
 #include "support/stock_octree.h"
 #include "timing.h"

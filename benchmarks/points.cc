@@ -16,12 +16,12 @@
 #include <opencv2/imgproc.hpp>
 
 #include "bench_main.h"
+#include "cli/option_checks.h"
 #include "features/descriptor_bits.h"
 #include "features/orb_extractor.h"
 #include "features/orb_matcher.h"
 #include "features/sift_extractor.h"
-#include "json_text.h"
-#include "option_checks.h"
+#include "files/json_text.h"
 #include "scenes.h"
 
 namespace highwall::bench {

@@ -15,10 +15,10 @@
 #include <highwall/frontend/system/slam_system.h>
 
 #include "bench_main.h"
-#include "config.h"
 #include "features/frame_builder.h"
-#include "opened_dataset.h"
-#include "slam_arguments.h"
+#include "run/config.h"
+#include "run/opened_dataset.h"
+#include "run/slam_arguments.h"
 
 namespace highwall::bench {
 namespace {

@@ -1,5 +1,5 @@
 # Checks that includes follow the arrows of docs/architecture.md: core <- factors <- frontend, core
-# <- mapping, between the folders of frontend and of apps/simulate. Names every file that includes
+# <- mapping, between the rooms of frontend, of apps and of apps/simulate. Names every file that includes
 # from above its own place, every installed header that includes one that is not installed, and
 # every test or benchmark that includes from the folder of another.
 # Usage: cmake -D ROOT=<project> -P scripts/check_arrows.cmake
@@ -28,6 +28,21 @@ set(simulate/camera ${simulate/motion} simulate/motion)
 set(simulate/scenes ${simulate/camera} simulate/camera)
 set(simulate/output ${simulate/scenes} simulate/scenes)
 set(places core factors mapping simulate)
+list(TRANSFORM rooms PREPEND frontend/ OUTPUT_VARIABLE library)
+list(APPEND library core factors mapping)
+set(apps/cli ${library})
+set(apps/files ${apps/cli} apps/cli)
+set(apps/plots ${apps/files} apps/files)
+set(apps/run ${apps/plots} apps/plots)
+set(apps/report ${apps/run} apps/run)
+set(apps/python ${apps/run} apps/run)
+set(apps/commands ${apps/report} apps/report simulate)
+foreach(folder IN ITEMS materials motion camera scenes output)
+  list(APPEND apps/commands simulate/${folder})
+endforeach()
+foreach(room IN ITEMS cli files plots run report python commands)
+  list(APPEND places apps/${room})
+endforeach()
 foreach(folder IN ITEMS materials motion camera scenes output)
   list(APPEND places simulate/${folder})
 endforeach()
@@ -45,6 +60,8 @@ foreach(place IN LISTS places)
        ${ROOT}/${module}/src/${room}/*.h ${ROOT}/${module}/src/${room}/*.cc)
   if(module STREQUAL "simulate")
     file(GLOB files RELATIVE ${ROOT} ${ROOT}/apps/${place}/*.h ${ROOT}/apps/${place}/*.cc)
+  elseif(module STREQUAL "apps")
+    file(GLOB files RELATIVE ${ROOT} ${ROOT}/${place}/*.h ${ROOT}/${place}/*.cc)
   endif()
   if(NOT files)
     message(FATAL_ERROR "check_arrows: there is no file in ${place}")

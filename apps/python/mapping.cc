@@ -16,10 +16,10 @@
 #include <highwall/mapping/octree_queries.h>
 #include <highwall/mapping/point_cloud_io.h>
 
-#include "../depth_camera.h"
 #include "bindings.h"
 #include "images.h"
 #include "python_slam.h"
+#include "run/depth_camera.h"
 
 namespace highwall::python {
 namespace {

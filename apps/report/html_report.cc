@@ -7,7 +7,7 @@
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 
-#include "json_text.h"
+#include "files/json_text.h"
 #include "report/resources.h"
 
 namespace highwall::apps {

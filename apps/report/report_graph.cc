@@ -14,10 +14,10 @@
 
 #include <highwall/core/stamp.h>
 
-#include "finished_run.h"
+#include "plots/sparse_map_picture.h"
 #include "report/base64.h"
 #include "report/report_number.h"
-#include "sparse_map_picture.h"
+#include "run/finished_run.h"
 
 namespace highwall::apps {
 namespace {

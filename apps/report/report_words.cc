@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "loss_advice.h"
+#include "run/loss_advice.h"
 
 namespace highwall::apps {
 namespace {

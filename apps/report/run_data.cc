@@ -13,15 +13,15 @@
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
 
-#include "finished_run.h"
+#include "files/trajectory_file.h"
 #include "report/base64.h"
 #include "report/report_graph.h"
 #include "report/report_motion.h"
 #include "report/report_number.h"
 #include "report/report_words.h"
-#include "run_dataset.h"
-#include "run_output.h"
-#include "trajectory_file.h"
+#include "run/finished_run.h"
+#include "run/run_dataset.h"
+#include "run/run_output.h"
 
 namespace highwall::apps {
 namespace {

@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include "bench_main.h"
-#include "json_text.h"
-#include "option_checks.h"
+#include "cli/option_checks.h"
+#include "files/json_text.h"
 
 namespace highwall::bench {
 namespace {

@@ -9,8 +9,8 @@
 #include <highwall/frontend/system/slam_system.h>
 
 #include "medians.h"
+#include "run/slam_run.h"
 #include "simulated_sequence.h"
-#include "slam_run.h"
 
 namespace highwall::bench {
 

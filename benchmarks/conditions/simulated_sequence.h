@@ -7,7 +7,7 @@
 #include <highwall/frontend/input/dataset.h>
 #include <simulate/camera/simulation.h>
 
-#include "slam_run.h"
+#include "run/slam_run.h"
 
 namespace highwall::bench {
 

@@ -10,7 +10,7 @@
 #include "consistency.h"
 #include "generated_sequence.h"
 #include "medians.h"
-#include "slam_run.h"
+#include "run/slam_run.h"
 
 namespace highwall::bench {
 

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench_main.h"
-#include "json_text.h"
+#include "files/json_text.h"
 
 namespace highwall::bench {
 namespace {

@@ -14,11 +14,11 @@
 
 #include "bench_main.h"
 #include "cache_folder.h"
-#include "json_text.h"
-#include "option_checks.h"
+#include "cli/option_checks.h"
+#include "cli/progress.h"
+#include "files/json_text.h"
 #include "parted_sequence.h"
-#include "progress.h"
-#include "run_report.h"
+#include "run/run_report.h"
 #include "scores.h"
 
 namespace highwall::bench {

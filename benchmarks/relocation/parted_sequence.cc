@@ -9,7 +9,7 @@
 
 #include <highwall/core/error.h>
 
-#include "opened_dataset.h"
+#include "run/opened_dataset.h"
 #include "scenes.h"
 #include "simulate/output/tum_writer.h"
 #include "simulate/random.h"

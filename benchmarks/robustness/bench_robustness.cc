@@ -23,13 +23,13 @@
 
 #include "abuses.h"
 #include "bench_main.h"
-#include "config.h"
-#include "json_text.h"
+#include "cli/option_checks.h"
+#include "cli/progress.h"
+#include "files/json_text.h"
 #include "medians.h"
-#include "opened_dataset.h"
-#include "option_checks.h"
-#include "progress.h"
-#include "run_report.h"
+#include "run/config.h"
+#include "run/opened_dataset.h"
+#include "run/run_report.h"
 #include "scores.h"
 
 namespace highwall::bench {

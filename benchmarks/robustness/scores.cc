@@ -7,7 +7,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
 
-#include "slam_run.h"
+#include "run/slam_run.h"
 
 namespace highwall::bench {
 namespace {

@@ -10,10 +10,10 @@
 
 #include <highwall/core/error.h>
 
-#include "classic_locale.h"
-#include "json_text.h"
-#include "option_checks.h"
-#include "stop_signals.h"
+#include "cli/classic_locale.h"
+#include "cli/option_checks.h"
+#include "cli/stop_signals.h"
+#include "files/json_text.h"
 
 namespace highwall::bench {
 

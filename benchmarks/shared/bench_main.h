@@ -15,7 +15,7 @@ namespace highwall::bench {
 
 // Implements main() of a benchmark: parses the options of `app`, which has the name of its binary,
 // and runs. An exception becomes one line on standard error and an exit code: 1 wrong usage, 2
-// IoError, 3 anything else, 130, 143 or 129 if stopped by a signal (apps/stop_signals.h).
+// IoError, 3 anything else, 130, 143 or 129 if stopped by a signal (apps/cli/stop_signals.h).
 int RunBench(CLI::App& app, int argc, char** argv, const std::function<void()>& run);
 
 struct BenchName {

@@ -21,11 +21,11 @@
 #include <highwall/core/error.h>
 
 #include "bench_main.h"
+#include "cli/option_checks.h"
+#include "cli/stop_signals.h"
 #include "figures.h"
-#include "option_checks.h"
 #include "paired.h"
 #include "paper_tables.h"
-#include "stop_signals.h"
 #include "sweep.h"
 #include "sweep_report.h"
 #include "sweep_tables.h"

@@ -13,7 +13,7 @@
 #include <highwall/internal/number_text.h>
 
 #include "cache_folder.h"
-#include "json_text.h"
+#include "files/json_text.h"
 #include "sweep.h"
 #include "sweep_tables.h"
 

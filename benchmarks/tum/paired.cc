@@ -14,8 +14,8 @@
 #include <highwall/core/trajectory_error.h>
 #include <highwall/internal/median.h>
 
-#include "json_text.h"
-#include "run_report.h"
+#include "files/json_text.h"
+#include "run/run_report.h"
 
 namespace highwall::bench {
 namespace {

@@ -26,9 +26,9 @@
 #include <highwall/internal/number_text.h>
 
 #include "cache_folder.h"
-#include "classic_locale.h"
-#include "progress.h"
-#include "slam_arguments.h"
+#include "cli/classic_locale.h"
+#include "cli/progress.h"
+#include "run/slam_arguments.h"
 
 namespace highwall::bench {
 namespace {

@@ -8,8 +8,8 @@
 
 #include <highwall/core/trajectory.h>
 
-#include "opened_dataset.h"
-#include "slam_run.h"
+#include "run/opened_dataset.h"
+#include "run/slam_run.h"
 
 // A setting is a list of arguments of `highwall slam`: "--features points --no-loops".
 namespace highwall::bench {

@@ -14,7 +14,7 @@
 #include <highwall/core/trajectory_error.h>
 #include <highwall/internal/median.h>
 
-#include "opened_dataset.h"
+#include "run/opened_dataset.h"
 #include "sweep_run.h"
 
 namespace highwall::bench {

@@ -10,7 +10,7 @@
 
 #include <highwall/core/error.h>
 
-#include "progress.h"
+#include "cli/progress.h"
 #include "sweep_run.h"
 
 namespace highwall::bench {

@@ -12,8 +12,8 @@
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 
-#include "json_text.h"
-#include "run_report.h"
+#include "files/json_text.h"
+#include "run/run_report.h"
 
 namespace highwall::bench {
 namespace {

@@ -6,9 +6,9 @@
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
-#include "json_text.h"
+#include "files/json_text.h"
 #include "paper_tables.h"
-#include "run_report.h"
+#include "run/run_report.h"
 #include "sweep_tables.h"
 
 namespace highwall::bench {

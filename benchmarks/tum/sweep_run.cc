@@ -15,7 +15,7 @@
 #include <highwall/mapping/point_cloud_io.h>
 
 #include "cache_folder.h"
-#include "slam_run.h"
+#include "run/slam_run.h"
 #include "timing.h"
 
 namespace highwall::bench {

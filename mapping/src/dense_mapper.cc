@@ -174,10 +174,10 @@ DenseMap DenseMapper::Impl::Take(std::int32_t id, Layer& layer) const {
   const Stopwatch octree;
   layer.octree.Rebuild();
   dense.octree = layer.octree.TakeMap();
-  dense.octree_ms = octree.TimingStatistics();
+  dense.octree_ms = octree.Milliseconds();
   const Stopwatch merge;
   dense.cloud = layer.cloud.TakeMerged();
-  dense.merge_ms = merge.TimingStatistics();
+  dense.merge_ms = merge.Milliseconds();
   std::vector<Pose> cameras;
   for (const auto& [keyframe, pose] : mapped) {
     if (pose.layer == id) cameras.push_back(pose.T_WC);
@@ -206,7 +206,7 @@ void DenseMapper::AddKeyframe(const KeyframeImage& keyframe) {
   impl_->Post([&impl = *impl_, keyframe] {
     const Stopwatch stopwatch;
     if (const auto ready = impl.filter.Push(keyframe)) impl.Map(*ready);
-    impl.keyframe_ms.push_back(stopwatch.TimingStatistics());
+    impl.keyframe_ms.push_back(stopwatch.Milliseconds());
   });
 }
 

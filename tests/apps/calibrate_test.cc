@@ -16,8 +16,8 @@
 #include <highwall/core/trajectory_error.h>
 #include <highwall/frontend/calibration/camera_calibration.h>
 
-#include "calibration_file.h"
-#include "config.h"
+#include "run/calibration_file.h"
+#include "run/config.h"
 #include "simulate/motion/recorded_motion.h"
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/recorded_room.h"

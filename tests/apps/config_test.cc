@@ -1,4 +1,4 @@
-#include "config.h"
+#include "run/config.h"
 
 #include <cmath>
 #include <filesystem>
@@ -9,10 +9,10 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/sensor_profile.h>
 
-#include "calibration_file.h"
+#include "files/yaml_reader.h"
+#include "run/calibration_file.h"
 #include "support/generated_tum.h"
 #include "support/message_of.h"
-#include "yaml_reader.h"
 
 namespace highwall::apps::config_test {
 namespace {

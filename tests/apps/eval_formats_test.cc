@@ -14,10 +14,10 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "files/trajectory_file.h"
 #include "support/crc32.h"
 #include "support/run_program.h"
 #include "support/test_paths.h"
-#include "trajectory_file.h"
 
 namespace highwall::eval_formats_test {
 namespace {

@@ -1,4 +1,4 @@
-#include "imu_choice.h"
+#include "run/imu_choice.h"
 
 #include <string>
 #include <vector>

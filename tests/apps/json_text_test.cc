@@ -1,4 +1,4 @@
-#include "json_text.h"
+#include "files/json_text.h"
 
 #include <random>
 #include <string>

@@ -1,4 +1,4 @@
-#include "live_replay.h"
+#include "run/live_replay.h"
 
 #include <chrono>
 #include <new>

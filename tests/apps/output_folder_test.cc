@@ -13,8 +13,8 @@
 
 #include <highwall/core/error.h>
 
-#include "folder_lock.h"
-#include "output_checks.h"
+#include "run/folder_lock.h"
+#include "run/output_checks.h"
 #include "support/message_of.h"
 #include "support/run_program.h"
 #include "support/test_paths.h"

@@ -1,4 +1,4 @@
-#include "run_dataset.h"
+#include "run/run_dataset.h"
 
 #include <filesystem>
 #include <string>
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "run_report.h"
+#include "run/run_report.h"
 #include "support/generated_tum.h"
 #include "support/run_program.h"
 #include "support/test_paths.h"

@@ -1,4 +1,4 @@
-#include "run_output.h"
+#include "run/run_output.h"
 
 #include <filesystem>
 #include <fstream>

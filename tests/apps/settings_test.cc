@@ -1,5 +1,5 @@
 // Sets, lists, writes and reads back every option of SlamOptions by its path.
-#include "settings.h"
+#include "run/settings.h"
 
 #include <filesystem>
 #include <string>

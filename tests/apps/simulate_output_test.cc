@@ -19,7 +19,7 @@
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
-#include "config.h"
+#include "run/config.h"
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
 #include "support/imu_scene.h"

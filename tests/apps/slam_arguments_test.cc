@@ -1,5 +1,5 @@
 // Each switch of `highwall slam` changes the run as documented, and nothing else.
-#include "slam_arguments.h"
+#include "run/slam_arguments.h"
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "run_report.h"
+#include "run/run_report.h"
 #include "support/temporary_directory.h"
 
 namespace highwall::apps::slam_arguments_test {

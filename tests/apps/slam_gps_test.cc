@@ -10,7 +10,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/frontend/input/gps.h>
 
-#include "gps_input.h"
+#include "run/gps_input.h"
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/drive.h"
 #include "support/run_program.h"

@@ -9,8 +9,8 @@
 #include <highwall/mapping/keyframe_cloud.h>
 #include <highwall/mapping/map_comparison.h>
 
+#include "run/slam_run.h"
 #include "simulate/scenes/room.h"
-#include "slam_run.h"
 
 namespace highwall::apps::slam_submaps_test {
 namespace {

@@ -11,9 +11,9 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
+#include "files/trajectory_file.h"
 #include "support/run_program.h"
 #include "support/test_paths.h"
-#include "trajectory_file.h"
 
 namespace highwall::trajectory_tables_test {
 namespace {

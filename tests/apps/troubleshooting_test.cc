@@ -23,7 +23,7 @@
 #include <highwall/frontend/pose/pose_report.h>
 #include <highwall/frontend/system/slam_system.h>
 
-#include "loss_advice.h"
+#include "run/loss_advice.h"
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
 #include "support/generated_tum.h"

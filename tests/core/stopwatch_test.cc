@@ -15,7 +15,7 @@ TEST(Stopwatch, TellsTheTimeSinceItWasMade) {
   const Stopwatch stopwatch;
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
   const double seconds = stopwatch.Seconds();
-  const double milliseconds = stopwatch.TimingStatistics();
+  const double milliseconds = stopwatch.Milliseconds();
   const std::chrono::duration<double> most = std::chrono::steady_clock::now() - before;
   EXPECT_GE(seconds, 0.02);
   EXPECT_GE(milliseconds, 1e3 * seconds);

@@ -1,4 +1,4 @@
-#include "trajectory_file.h"
+#include "files/trajectory_file.h"
 
 #include "fuzz.h"
 

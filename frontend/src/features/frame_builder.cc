@@ -121,7 +121,7 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(RgbdImage* image,
   const auto timed = [](double& milliseconds, const auto& work) {
     const Stopwatch watch;
     work();
-    milliseconds += watch.TimingStatistics();
+    milliseconds += watch.Milliseconds();
   };
   ExtractedPoints points;
   LineFeatures lines;

@@ -19,7 +19,7 @@ namespace highwall {
 
 class WorkerTeam;
 
-// TimingStatistics spent in one FrameBuilder::Build.
+// Milliseconds spent in one FrameBuilder::Build.
 struct FrameBuilderTimes {
   double points = 0.0;
   double lines = 0.0;

@@ -41,7 +41,7 @@ void TightCoupling::Add(Image image, const Pose& T_WM, const std::function<SeenL
       work_->update.accepted = window_.Add(work_->step, stop);
     } catch (const std::exception&) {  // treated as a rejected step
     }
-    work_->update.milliseconds = watch.TimingStatistics();
+    work_->update.milliseconds = watch.Milliseconds();
   });
 }
 

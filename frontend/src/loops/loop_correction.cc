@@ -92,11 +92,11 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
                              &result.message)) {
     return result;
   }
-  result.pose_graph_ms = watch.TimingStatistics();
+  result.pose_graph_ms = watch.Milliseconds();
 
   const Stopwatch fusion_watch;
   result.fusion = FuseSides(loop, MapMatcher(model), options.fused_keyframes, map);
-  result.fusion_ms = fusion_watch.TimingStatistics();
+  result.fusion_ms = fusion_watch.Milliseconds();
   result.accepted = true;
   return result;
 }

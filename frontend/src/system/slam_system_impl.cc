@@ -120,7 +120,7 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   const Frame frame = Extract(&at_once, result);
   const Stopwatch watch;
   ApplyResults(result);
-  result.times.loops += watch.TimingStatistics();
+  result.times.loops += watch.Milliseconds();
   TrackedFrame tracked = result.repeated ? Extrapolate(frame, result) : Estimate(frame, result);
   if (!result.repeated && !options_.localize_only && WantsKeyFrame(tracked)) {
     InsertKeyFrame(tracked, result);
@@ -148,7 +148,7 @@ bool SlamSystem::Impl::CorrectDepth(FrameResult& result) {
     found = depth_pattern_.Finish(&map_);
   });
   if (found) factor_adjuster_.Cancel();
-  result.times.loops += watch.TimingStatistics();
+  result.times.loops += watch.Milliseconds();
   return found;
 }
 
@@ -187,7 +187,7 @@ Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
   }
   FrameBuilderTimes builder_times;
   const auto features = builder_.Build(image, CompensateRollingShutter(*image), &builder_times);
-  result.times.features = watch.TimingStatistics();
+  result.times.features = watch.Milliseconds();
   result.times.points = builder_times.points;
   result.times.lines = builder_times.lines;
   result.points = static_cast<int>(features->points.size());
@@ -207,7 +207,7 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   if (tracked.state == TrackingState::kLost && !posed_) posed_ = submap_begin_ = frame.stamp;
   if (!HasPose(tracked.state) && CanBegin(tracked)) BeginSubmap(tracked, result);
   if (HasPose(tracked.state)) posed_ = frame.stamp;
-  result.times.tracking = watch.TimingStatistics();
+  result.times.tracking = watch.Milliseconds();
   return tracked;
 }
 
@@ -229,7 +229,7 @@ TrackedFrame SlamSystem::Impl::Extrapolate(const Frame& frame, FrameResult& resu
     tracked = tracker_.ExtrapolateAtConstantVelocity(frame).value_or(std::move(tracked));
   tracked.submap = submap_;
   if (HasPose(tracked.state)) posed_ = frame.stamp;
-  result.times.tracking = watch.TimingStatistics();
+  result.times.tracking = watch.Milliseconds();
   return tracked;
 }
 
@@ -274,7 +274,7 @@ void SlamSystem::Impl::RefineFrames(FrameResult& result) {
   const Stopwatch watch;
   if (refiner_.HasResult()) refiner_.Finish(map_, &tracked_);
   refiner_.Begin(map_, Knowledge());
-  result.times.mapping += watch.TimingStatistics();
+  result.times.mapping += watch.Milliseconds();
 }
 
 ImageKnowledge SlamSystem::Impl::Knowledge() const {
@@ -427,7 +427,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   tracked.by_image = false;
   tracker_.Anchor(tracked, keyframe);
   if (inertial_) inertial_->MoveMap(keyframe.T_WC * T_WC.Inverse());
-  result.times.mapping = watch.TimingStatistics();
+  result.times.mapping = watch.Milliseconds();
 }
 
 void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
@@ -448,7 +448,7 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
     tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
   }
   for (LoopReport& refused : loop_closer_.TakeRefused()) result.loops.push_back(std::move(refused));
-  result.times.loops += watch.TimingStatistics();
+  result.times.loops += watch.Milliseconds();
 }
 
 void SlamSystem::Impl::AdjustToFactors(TrackedFrame& tracked, FrameResult& result) {
@@ -461,7 +461,7 @@ void SlamSystem::Impl::AdjustToFactors(TrackedFrame& tracked, FrameResult& resul
     result.factors = factor_adjuster_.Finish(&map_);
   });
   tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
-  result.times.loops += watch.TimingStatistics();
+  result.times.loops += watch.Milliseconds();
 }
 
 template <class Change>

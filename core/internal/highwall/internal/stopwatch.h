@@ -10,7 +10,7 @@ class Stopwatch {
   double Seconds() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
-  double TimingStatistics() const { return 1e3 * Seconds(); }
+  double Milliseconds() const { return 1e3 * Seconds(); }
 
  private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();

@@ -66,7 +66,7 @@ struct SlamOptions {
 // then gives the same output, bit for bit.
 SlamOptions Deterministic(SlamOptions options);
 
-// TimingStatistics of one frame. features: points and lines together, which overlap in time.
+// Milliseconds of one frame. features: points and lines together, which overlap in time.
 struct FrameTimes {
   double points = 0.0, lines = 0.0;
   double features = 0.0;  // both, and the rolling-shutter compensation of depth

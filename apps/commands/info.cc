@@ -1,0 +1,50 @@
+#include <iostream>
+#include <memory>
+#include <string>
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+
+#include "cli/commands.h"
+#include "cli/option_checks.h"
+#include "cli/progress.h"
+#include "commands/dataset_report.h"
+#include "run/opened_dataset.h"
+
+namespace highwall::apps {
+namespace {
+
+struct InfoArguments {
+  std::string directory;
+  double max_pair_difference = kMaxPairDifference;  // [s]
+  bool json = false;
+};
+
+int RunInfo(const InfoArguments& arguments) {
+  DatasetReport report;
+  {
+    Progress progress("reading frames");
+    report = InspectDataset(
+        arguments.directory, arguments.max_pair_difference,
+        [&progress](std::size_t done, std::size_t total) { progress.Update(done, total); });
+  }
+  std::cout << (arguments.json ? ToJson(report) + "\n" : ToText(report));
+  return kExitOk;
+}
+
+}  // namespace
+
+void AddInfoCommand(CLI::App& app, CommandAction& action) {
+  const auto arguments = std::make_shared<InfoArguments>();
+  CLI::App* command = app.add_subcommand(
+      "info", "Say what a dataset holds, what is wrong with it and which calibration fits");
+  command->add_option("DIR", arguments->directory, "Folder with rgb.txt and depth.txt (TUM RGB-D)")
+      ->required();
+  AddMaxPairDifference(command, &arguments->max_pair_difference);
+  command->add_flag("--json", arguments->json, "Print one JSON object");
+  command->footer("Example:\n  highwall info rgbd_dataset_freiburg1_xyz");
+  command->callback([&action, arguments] { action = [arguments] { return RunInfo(*arguments); }; });
+}
+
+}  // namespace highwall::apps

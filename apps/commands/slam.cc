@@ -1,0 +1,343 @@
+// highwall slam: estimates trajectory and map of a dataset and writes the results and a report.
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <cmath>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/mapping/octree_size.h>
+
+#include "cli/commands.h"
+#include "cli/progress.h"
+#include "cli/stop_signals.h"
+#include "files/json_text.h"
+#include "report/html_report.h"
+#include "run/folder_lock.h"
+#include "run/loss_advice.h"
+#include "run/opened_dataset.h"
+#include "run/output_checks.h"
+#include "run/run_output.h"
+#include "run/run_report.h"
+#include "run/settings.h"
+#include "run/slam_arguments.h"
+#include "run/slam_run.h"
+
+namespace highwall::apps {
+namespace {
+
+void WarnOfImu(const SlamRun& run) {
+  if (!run.inertial) return;
+  if (run.inertial->initialized) {
+    if (run.inertial->given_up == 0) return;
+    fmt::print(stderr, "highwall slam: warning: the IMU was not used for {} frames: {}\n",
+               run.inertial->given_up, run.inertial->given_up_because);
+    return;
+  }
+  fmt::print(
+      stderr, "highwall slam: warning: the IMU was not used: {}\n",
+      run.inertial->last.reason.empty() ? "it was never initialized" : run.inertial->last.reason);
+}
+
+void WarnOfGps(const SlamRun& run) {
+  if (!run.gps || run.gps->T_GW) return;
+  fmt::print(stderr,
+             "highwall slam: warning: the GPS was not used: {} of its {} fixes fell to tracked "
+             "frames, too few, or too near to each other, to tell how the map lies in its frame\n",
+             run.gps->used, run.gps->fixes);
+}
+
+// Significant, and larger than the calibration error of most depth cameras.
+void WarnOfDepth(const SlamRun& run, double depth_factor) {
+  if (!run.inertial || !run.inertial->depth_scale) return;
+  const DepthScale& depth = *run.inertial->depth_scale;
+  const double off = std::abs(depth.scale - 1.0);
+  if (off <= 0.01 || off <= 3.0 * depth.sigma) return;
+  fmt::print(stderr,
+             "highwall slam: warning: depth reads {:.1f} % too {}: set depth_factor: {:.5g} in "
+             "calibration.yaml\n",
+             100.0 * std::abs(1.0 / depth.scale - 1.0), depth.scale < 1.0 ? "long" : "short",
+             depth_factor / depth.scale);
+}
+
+void PrintInertial(const InertialSummary& inertial) {
+  if (!inertial.last.estimate) return;
+  const InertialReport& last = inertial.last;
+  fmt::print("imu         t_d {:.2f} +- {:.2f} ms, gravity +- {:.2f} deg, {} frames by it alone\n",
+             last.time_offset * 1e3, last.time_offset_sigma * 1e3,
+             last.gravity_sigma * 180.0 / M_PI, inertial.dead_reckoned);
+  if (inertial.contradicted > 0 || inertial.saturated > 0) {
+    fmt::print("            {} intervals contradicted by images, {} at the end of its range\n",
+               inertial.contradicted, inertial.saturated);
+  }
+  if (const auto& mount = last.extrinsics) {
+    const Eigen::Vector3d p = 1e3 * mount->T_BC.p(), s = 1e3 * mount->lever_arm_sigma;
+    fmt::print(
+        "camera at   {:.1f} {:.1f} {:.1f} mm in the IMU's frame, +- {:.1f} {:.1f} {:.1f} mm\n",
+        p.x(), p.y(), p.z(), s.x(), s.y(), s.z());
+  }
+  if (const auto& depth = inertial.depth_scale) {
+    fmt::print("depth       scale {:.4f} +- {:.4f} (true depth = scale x measured)\n", depth->scale,
+               depth->sigma);
+  }
+}
+
+void PrintMapping(const SlamRun& run) {
+  fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
+             run.lines);
+  if (!run.sensor.depth_pattern.IsZero()) {
+    fmt::print("depth       distortion corrected: {:.2f} % over the image, at 1 m (RMS)\n",
+               100.0 * run.sensor.depth_pattern.Rms());
+  }
+  if (run.inertial) PrintInertial(*run.inertial);
+  if (run.gps && run.gps->T_GW) {
+    fmt::print("gps         {} of {} fixes used, {:.2f} m RMS from the trajectory\n", run.gps->used,
+               run.gps->fixes, run.gps->rms);
+  }
+  fmt::print("loops       {} closed, {} refused\n", run.loops.closed, run.loops.refused);
+  const AdjustmentCounts& adjusted = run.adjustments;
+  fmt::print("adjusted    {} times, {} refused, {} failed, {} moved nothing; {} steps rejected\n",
+             adjusted.all, adjusted.refused, adjusted.failed, adjusted.unmoved,
+             adjusted.rejected_steps);
+  fmt::print("mapping     {:.1f} ms a keyframe (median)\n", run.times.mapping.median);
+}
+
+void PrintSubmaps(const SlamRun& run) {
+  if (run.loops.merges > 0) fmt::print("merges      {} of submaps\n", run.loops.merges);
+  if (run.others.empty()) return;
+  std::string parts = fmt::format("{} frames in trajectory.txt", run.largest.trajectory.size());
+  for (std::size_t i = 0; i < run.others.size(); ++i) {
+    parts += fmt::format(", {} in {}", run.others[i].trajectory.size(),
+                         NameOfSubmap("trajectory.txt", i + 1));
+  }
+  fmt::print("submaps     {} that were not joined: {}\n", run.others.size() + 1, parts);
+}
+
+// has_truth: a readable ground truth exists. memory: as in run.json [MiB].
+void PrintSummary(const SlamRun& run, const SlamArguments& arguments, bool has_truth,
+                  double memory) {
+  fmt::print("frames      {} ({} lost, {} skipped, {} relocalizations)\n", run.frames,
+             run.lost.size(), run.skipped, run.relocalizations);
+  fmt::print("coverage    {:.2f} % of the {} colour images of the recording have a pose{}\n",
+             100.0 * ColourCoverage(run), CountColourImages(run),
+             run.without_depth == 0
+                 ? ""
+                 : fmt::format("; {} have no depth image in time", run.without_depth));
+  if (const std::string advice = LossAdvice(run.loss_reasons, run.lost.size()); !advice.empty()) {
+    fmt::print("lost        {}\n", advice);
+  }
+  if (run.repeated > 0) fmt::print("repeated    {} colour images\n", run.repeated);
+  PrintSubmaps(run);
+  if (run.open_frames > 0) {
+    fmt::print("open        {} frames leave a direction of the pose open\n", run.open_frames);
+  }
+  if (arguments.live) fmt::print("live        {} frames dropped\n", run.dropped);
+  if (arguments.localize) {
+    fmt::print("map         {} points, {} lines, as they were\n", run.points, run.lines);
+  } else {
+    PrintMapping(run);
+  }
+  fmt::print("tracking    {:.1f} ms a frame (median), 95 % within {:.1f} ms\n",
+             run.times.tracking.median, run.times.tracking.p95);
+  if (const auto& dense = run.largest.dense) {
+    fmt::print("dense map   {} points, {} octree nodes at {} m\n", dense->cloud.size(),
+               dense->octree.NodeCount(), dense->octree.options().resolution);
+  }
+  fmt::print("memory      {:.0f} MiB at its peak\n", memory);
+  const auto truth = std::filesystem::path(arguments.dataset) / "groundtruth.txt";
+  if (has_truth && std::filesystem::exists(truth)) {
+    fmt::print("error       highwall eval ape {} {}\n", truth.string(),
+               (std::filesystem::path(arguments.out) / "trajectory.txt").string());
+  }
+  fmt::print("results in  {}\n", arguments.out);
+}
+
+// Rejects an octree resolution that is too fine early, from the memory of a single image.
+void RequireMemory(const Dataset& dataset, const PinholeCamera& camera,
+                   const OctomapBuilderOptions& octree) {
+  constexpr double kLimit = 200.0;  // [MB] of one image: a map contains the content of tens of them
+  constexpr std::size_t kImages = 4;
+  const DepthUnprojector unprojector(camera);
+  for (std::size_t i = 0; i < kImages; ++i) {
+    const auto image = dataset.Load(i * dataset.size() / kImages);
+    if (!image) continue;
+    const DepthView view{image->depth, Pose()};
+    const double megabytes = PredictOctreeBytes({&view, 1}, unprojector, octree) / 1e6;
+    if (megabytes <= kLimit) continue;
+    throw InvalidArgument(fmt::format(
+        "an octree of {} m would take about {:.0f} MB for a single image, more than the limit of "
+        "{:.0f} MB: choose a coarser --resolution or --no-map",
+        octree.resolution, megabytes, kLimit));
+  }
+}
+
+// Signal that stopped a run, and its progress.
+struct Stopped {
+  int signal = 0;
+  std::size_t done = 0, frames = 0;
+};
+
+std::optional<Stopped> StoppedBy(const StopSignals& signals, const SlamRun& run) {
+  if (run.left == 0) return std::nullopt;
+  const std::size_t done = run.frames + run.skipped + run.dropped;
+  return Stopped{signals.caught(), done, done + run.left};
+}
+
+void PrintStopped(const Stopped& stopped, const char* then) {
+  fmt::print(stderr, "highwall slam: stopped by {} after {} of {} frames: {}\n",
+             SignalName(stopped.signal), stopped.done, stopped.frames, then);
+}
+
+// Writes report.html from the current content of the folder; returns false on failure.
+bool WritePage(const std::filesystem::path& folder) {
+  try {
+    WriteHtmlReport(folder / kReportPage, std::span(&folder, 1));
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "highwall slam: {}\n", OneLine(error.what()));
+    return false;
+  }
+  if (!HasView3d()) {
+    fmt::print(stderr, "highwall slam: warning: report.html has no 3-D view: {}\n", kNoView3d);
+  }
+  return true;
+}
+
+// The files of the run that made the map are deleted when another run uses its folder.
+void RequireMapElsewhere(const SlamArguments& arguments) {
+  namespace fs = std::filesystem;
+  if (arguments.overwrite || arguments.load_map.empty()) return;
+  std::error_code error;
+  const fs::path out = arguments.out, map = fs::absolute(arguments.load_map, error);
+  const auto is_in_out = [&](const fs::path& file) {
+    return fs::equivalent(file.parent_path(), out, error);
+  };
+  if (!is_in_out(map) && !is_in_out(fs::canonical(map, error)) &&
+      !fs::equivalent(map, out / kMapFile, error)) {
+    return;
+  }
+  throw IoError(arguments.load_map,
+                "is in the folder of --out, where this run would replace the one that made the "
+                "map: choose another --out, or give --overwrite");
+}
+
+int RunSlamCommand(const SlamArguments& arguments) {
+  if (arguments.print_settings) {
+    fmt::print("{}", SettingsFile(MakeOptions(arguments).slam));
+    return kExitOk;
+  }
+  RequireRunFolder(arguments.out, arguments.overwrite);
+  RequireMapElsewhere(arguments);
+  if (!arguments.save_map.empty()) RequireFile(arguments.save_map);
+  const FolderLock lock(arguments.out);
+  const OpenedDataset opened =
+      OpenDataset(arguments.config, arguments.dataset, arguments.max_pair_difference);
+  const RgbdSensor& sensor = opened.config.sensor;
+  const Dataset& dataset = *opened.images;
+  for (const std::string& warning : dataset.warnings()) {
+    fmt::print(stderr, "highwall slam: warning: {}\n", warning);
+  }
+  SlamRunOptions options = MakeOptions(arguments);
+  if (options.dense) RequireMemory(dataset, sensor.camera, options.map.octree);
+  if (arguments.deterministic) cv::setNumThreads(1);  // same result, but single-threaded
+  std::vector<std::string> warnings;
+  options.imu = ReadImuFeed(arguments, opened, &warnings);
+  options.gps = ReadGpsFeed(arguments, opened, options.imu.has_value());
+  for (const std::string& warning : warnings) {
+    fmt::print(stderr, "highwall slam: warning: {}\n", warning);
+  }
+  RunOutput output(arguments.out, arguments.save_map, arguments.load_map);
+  if (!arguments.localize) options.keep_map = std::filesystem::path(arguments.out) / kMapFile;
+  const StopSignals signals;
+  options.stop = [&signals] { return signals.caught() != 0; };
+  SlamRun run;
+  {
+    Progress progress("tracking");
+    run = RunSlam(
+        dataset, sensor, options,
+        [&](const FrameResult& result, const RgbdImage&, std::size_t done, std::size_t total) {
+          output.Follow(result);
+          progress.Update(done, total);
+        },
+        [&](const SlamRun& tracked) {
+          progress.Begin("finishing the maps");
+          output.WriteTrajectories(tracked);
+        });
+  }
+  for (const Dataset::Problem& problem : dataset.problems()) {
+    fmt::print(stderr, "highwall slam: skipped frame {}: {}\n", problem.frame,
+               OneLine(problem.what));
+  }
+  WarnOfImu(run);
+  WarnOfDepth(run, sensor.depth_factor);
+  WarnOfGps(run);
+  const std::optional<Stopped> stopped = StoppedBy(signals, run);
+  if (stopped && run.largest.trajectory.empty()) {
+    PrintStopped(*stopped, "no frame had a pose, and nothing is written");
+    return ExitCodeOf(stopped->signal);
+  }
+  if (run.largest.trajectory.empty() && !arguments.load_map.empty()) {
+    throw IoError(arguments.load_map, "no frame was recognized in this map");
+  }
+  if (run.largest.trajectory.empty()) {
+    const std::string advice = LossAdvice(run.loss_reasons, run.lost.size());
+    throw IoError(arguments.dataset,
+                  "no frame could be tracked: too little texture or depth to start a map (see "
+                  "highwall info)" +
+                      (advice.empty() ? "" : "; " + advice));
+  }
+  nlohmann::json report = RunJson(run, options, arguments.dataset, opened.origin);
+  report["max_pair_difference_s"] = arguments.max_pair_difference;
+  report["depth_noise"] = ToJson(sensor.depth_noise);
+  report["settings"] = ChangedSettings(options.slam);
+  if (stopped) {
+    report["stopped"] = {{"signal", SignalName(stopped->signal)},
+                         {"frames_done", stopped->done},
+                         {"frames", stopped->frames}};
+  }
+  {
+    const Progress progress("writing the results");
+    report = output.WriteRest(run, report);
+  }
+  if (arguments.json) {
+    fmt::print("{}\n", JsonText(report));
+  } else {
+    PrintSummary(run, arguments, dataset.groundtruth() != nullptr, report["peak_memory_mib"]);
+  }
+  for (const std::string& failure : output.failures()) {
+    fmt::print(stderr, "highwall slam: {}\n", OneLine(failure));
+  }
+  const bool has_page = !arguments.report || WritePage(arguments.out);
+  if (stopped) {
+    PrintStopped(*stopped, "the results are those of these frames");
+    return ExitCodeOf(stopped->signal);
+  }
+  return output.failures().empty() && has_page ? kExitOk : kExitFailed;
+}
+
+}  // namespace
+
+void AddSlamCommand(CLI::App& app, CommandAction& action) {
+  const auto arguments = std::make_shared<SlamArguments>();
+  CLI::App* command =
+      app.add_subcommand("slam", "Estimate the trajectory and the map of an RGB-D sequence");
+  AddSlamOptions(command, arguments.get());
+  command->footer(
+      "Example:\n  highwall slam --dataset rgbd_dataset_freiburg1_xyz --config tum1 --out run");
+  command->callback([arguments, &action] {
+    CheckArguments(*arguments);
+    action = [arguments] { return RunSlamCommand(*arguments); };
+  });
+}
+
+}  // namespace highwall::apps

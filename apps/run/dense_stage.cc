@@ -1,0 +1,111 @@
+#include "run/dense_stage.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include <highwall/core/keyframe_event.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/mapping/dense_mapper.h>
+
+#include "cli/attempt.h"
+#include "run/depth_camera.h"
+
+namespace highwall::apps {
+namespace {
+
+constexpr const char* kDenseMap = "dense map";
+
+}  // namespace
+
+// Passes the keyframes of a run to its dense map.
+class DenseStage::KeyframeMapping {
+ public:
+  KeyframeMapping(const SlamSystem& slam, const Dataset& dataset, const RgbdSensor& sensor,
+                  const SlamRunOptions& options)
+      : slam_(slam),
+        dataset_(dataset),
+        mapper_(MapOptions(options, sensor), DepthCameraOf(sensor)) {}
+
+  void SetKeyframe(const KeyFrame& keyframe) {
+    made_with_[keyframe.id] = {keyframe.frame.stamp, slam_.sensor().depth_pattern};
+  }
+  void Apply(const KeyframeEvent& event) { mapper_.Apply(event); }
+
+  // Stores the dense map of each submap.
+  void Finish(SlamRun* run) {
+    mapper_.Apply(
+        slam_.waiting_keyframes());  // only the places, unless SlamSystem::Finish() failed
+    MapAgain();
+    std::map<std::int32_t, DenseMap> maps = mapper_.Finish();
+    const auto take = [&maps](SubmapRun& submap) {
+      const auto map = maps.find(submap.submap.value());
+      if (map != maps.end()) submap.dense = std::move(map->second);
+    };
+    take(run->largest);
+    for (SubmapRun& submap : run->others) take(submap);
+    run->times.dense = Summarize(mapper_.keyframe_ms());
+  }
+
+ private:
+  struct MadeWith {
+    Stamp stamp = 0;
+    DepthPattern pattern;
+  };
+
+  static DenseMapOptions MapOptions(const SlamRunOptions& options, const RgbdSensor& sensor) {
+    DenseMapOptions map = options.map;
+    LimitToRange(sensor, &map);
+    if (options.imu) map.level = true;
+    return map;
+  }
+  // Maps keyframes again, from their images, that were created before the depth distortion was
+  // known. Their stamps ascend, as those of the dataset do.
+  void MapAgain() {
+    const DepthPattern pattern = slam_.sensor().depth_pattern;
+    auto next = made_with_.begin();
+    for (std::size_t i = 0; i < dataset_.size() && next != made_with_.end(); ++i) {
+      if (dataset_.stamp(i) != next->second.stamp) continue;
+      const auto& [id, made_with] = *next++;
+      if (made_with.pattern.nodes != pattern.nodes) MapAgain(id, i);
+    }
+  }
+  void MapAgain(KeyFrameId id, std::size_t frame) {
+    if (slam_.map().keyframe(id) == nullptr) return;
+    if (const std::optional<RgbdImage> image = dataset_.Load(frame)) {
+      if (const auto view = slam_.keyframe_view(id, *image)) mapper_.Apply({.added = {*view}});
+    }
+  }
+
+  const SlamSystem& slam_;
+  const Dataset& dataset_;
+  DenseMapper mapper_;
+  std::map<KeyFrameId, MadeWith> made_with_;
+};
+
+DenseStage::DenseStage(SlamSystem& slam, const Dataset& dataset, const RgbdSensor& sensor,
+                       const SlamRunOptions& options) {
+  if (!options.dense) return;
+  mapping_ = std::make_unique<KeyframeMapping>(slam, dataset, sensor, options);
+  slam.SetCallbacks({.on_keyframe =
+                         [this](const KeyFrame& keyframe, const RgbdImage&) {
+                           if (mapping_) mapping_->SetKeyframe(keyframe);
+                         },
+                     .on_keyframes = [this](const KeyframeEvent& event) { Apply(event); }});
+}
+
+DenseStage::~DenseStage() = default;
+
+void DenseStage::Apply(const KeyframeEvent& event) {
+  if (!mapping_) return;
+  if (!Attempt(kDenseMap, &failures_, [&] { mapping_->Apply(event); })) mapping_.reset();
+}
+
+void DenseStage::Finish(SlamRun* run) {
+  if (mapping_) Attempt(kDenseMap, &failures_, [&] { mapping_->Finish(run); });
+  for (std::string& failure : failures_) run->failures.push_back(std::move(failure));
+}
+
+}  // namespace highwall::apps

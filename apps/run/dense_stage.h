@@ -1,0 +1,37 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/sensor.h>
+#include <highwall/frontend/system/slam_system.h>
+
+#include "run/slam_run.h"
+
+namespace highwall::apps {
+
+// Builds the dense map of a run if it is enabled; the run continues if mapping fails. Registers
+// callbacks with the system. The system and the dataset must outlive this object.
+class DenseStage {
+ public:
+  DenseStage(SlamSystem& slam, const Dataset& dataset, const RgbdSensor& sensor,
+             const SlamRunOptions& options);
+  ~DenseStage();
+  DenseStage(const DenseStage&) = delete;  // callbacks of the system capture `this`
+  DenseStage& operator=(const DenseStage&) = delete;
+
+  // Call once, last: stores the dense map of each submap in the run, together with any failures.
+  void Finish(SlamRun* run);
+
+ private:
+  class KeyframeMapping;
+
+  void Apply(const KeyframeEvent& event);
+
+  std::unique_ptr<KeyframeMapping> mapping_;  // empty if no map is requested
+  std::vector<std::string> failures_;
+};
+
+}  // namespace highwall::apps

@@ -1,0 +1,44 @@
+#include "run/live_replay.h"
+
+#include <utility>
+
+namespace highwall::apps {
+
+using Clock = std::chrono::steady_clock;
+
+LiveReplay::LiveReplay(const Dataset& dataset, const FrameReaderOptions& options)
+    : reader_(dataset, options), thread_([this](const std::stop_token& stop) { Play(stop); }) {}
+
+std::optional<RgbdImage> LiveReplay::Next() {
+  std::optional<RgbdImage> image = queue_.Pop();
+  if (!image && error_) std::rethrow_exception(error_);
+  return image;
+}
+
+void LiveReplay::Play(const std::stop_token& stop) {
+  try {
+    std::optional<Stamp> first;
+    Clock::time_point start;
+    while (std::optional<RgbdImage> image = reader_.Next()) {
+      if (!first) {
+        first = image->stamp;
+        start = Clock::now();
+      }
+      if (!WaitUntil(start + std::chrono::nanoseconds(image->stamp - *first), stop)) break;
+      position_ = reader_.position();
+      queue_.Push(*std::move(image));
+    }
+  } catch (...) {
+    error_ = std::current_exception();
+  }
+  position_ = reader_.position();
+  queue_.Close();
+}
+
+bool LiveReplay::WaitUntil(Clock::time_point due, const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_until(lock, stop, due, [] { return false; });
+  return !stop.stop_requested();
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,76 @@
+#include "run/loss_advice.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/core.h>
+
+#include <highwall/frontend/pose/pose_report.h>
+
+namespace highwall::apps {
+namespace {
+
+struct LossWords {
+  const char* what;
+  const char* helps;
+};
+
+LossWords Explain(LossReason reason) {
+  switch (reason) {
+    case LossReason::kDark:
+      return {"the image is too dark to find features in", "more light, or a longer exposure"};
+    case LossReason::kBlurred:
+      return {"the image is blurred", "slower motion, or more light and a shorter exposure"};
+    case LossReason::kPlain:
+      return {"the image shows hardly anything with corners or edges",
+              "a view with more structure, or an IMU"};
+    case LossReason::kNoDepth:
+      return {"there is hardly any depth where the features are",
+              "a view within the sensor's range (highwall info says what it measures)"};
+    case LossReason::kTooFast:
+      return {"the camera turned or moved too fast", "slower motion, or a higher frame rate"};
+    case LossReason::kContradictory:
+      return {"the matches with the frame before contradict each other",
+              "a calibration that fits (highwall info), or fewer repeated patterns in view"};
+    case LossReason::kAllMoving:
+      return {"most of what is seen moves", "a view with more of what stands still, or an IMU"};
+    case LossReason::kUnknownPlace:
+      return {"nothing in the image is in the map",
+              "overlap between what is seen before and after"};
+    case LossReason::kRepeatedImage:
+      return {"the colour image repeats the one before", "a recording without dropped images"};
+    case LossReason::kDeadReckoning:
+      return {"the images gave no pose for longer than the IMU can bridge",
+              "shorter passages in the dark or before plain walls"};
+  }
+  return {"", ""};
+}
+
+constexpr LossReason kReasons[] = {
+    LossReason::kDark,          LossReason::kBlurred,      LossReason::kPlain,
+    LossReason::kNoDepth,       LossReason::kTooFast,      LossReason::kContradictory,
+    LossReason::kAllMoving,     LossReason::kUnknownPlace, LossReason::kRepeatedImage,
+    LossReason::kDeadReckoning,
+};
+
+}  // namespace
+
+std::string LossAdvice(const std::map<std::string, std::size_t>& reasons, std::size_t lost) {
+  if (reasons.empty()) return "";
+  const auto most =
+      std::ranges::max_element(reasons, {}, [](const auto& entry) { return entry.second; });
+  const auto& [name, count] = *most;
+  for (const LossReason reason : kReasons) {
+    if (name != ToString(reason)) continue;
+    const LossWords words = Explain(reason);
+    return fmt::format("{} of {} frames without a pose: {}; what helps: {}", count, lost,
+                       words.what, words.helps);
+  }
+  return fmt::format(
+      "{} of {} frames without a pose: tracking in their submaps was lost soon, and these submaps "
+      "were dropped; "
+      "what helps: slower motion, more light",
+      count, lost);
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <highwall/core/trajectory_log.h>
+
+#include "run/slam_run.h"
+
+namespace highwall::apps {
+
+// Returns trajectory.txt, trajectory_2.txt ...: the file of the largest submap (place 0) and of the
+// others in their order.
+std::string NameOfSubmap(const std::string& name, std::size_t place);
+
+// Files in the folder of a single or merged run.
+inline constexpr const char* kReportFile = "run.json";
+inline constexpr const char* kTrajectoryFile = "trajectory.txt";
+inline constexpr const char* kCausalFile = "trajectory_causal.txt";
+inline constexpr const char* kAdjustedFile = "trajectory_adjusted.txt";
+inline constexpr const char* kKeyframesFile = "keyframes.txt";
+inline constexpr const char* kCloudFile = "cloud.ply";
+inline constexpr const char* kOctreeFile = "map.bt";
+inline constexpr const char* kReportPage = "report.html";
+inline constexpr const char* kSparseMapFile = "sparse_map.png";
+inline constexpr const char* kMapFile = "map.hwmap";  // SaveMap
+// Files in the folder of highwall map.
+inline constexpr const char* kMapsReportFile = "map.json";
+
+// Returns trajectory_run1.txt, ...: frames of the run (counted from 0) in the largest submap.
+std::string TrajectoryOfRun(std::size_t run);
+
+// Creates a missing folder, and removes the results of an earlier run, except `kept`: run.json
+// first. Throws IoError.
+void BeginFolder(const std::filesystem::path& folder,
+                 std::span<const std::filesystem::path> kept = {});
+// Writes run.json atomically. Throws IoError.
+void WriteReport(const std::filesystem::path& folder, const nlohmann::json& report);
+
+// Output folder of a run. Nothing is touched before the first pose; from then on all results in it
+// belong to this run: those of an earlier run are removed, run.json first, and the new run.json is
+// written last. Poses and keyframes are written as they arrive, so that a killed run leaves them;
+// everything else is written at the end, each file atomically. A file that cannot be written does
+// not stop the others.
+class RunOutput {
+ public:
+  // directory, and the folder of saved_map if not empty, are created if missing. loaded_map,
+  // saved_map: not removed if they are in the folder.
+  explicit RunOutput(std::filesystem::path directory, std::filesystem::path saved_map = {},
+                     std::filesystem::path loaded_map = {});
+
+  // Appends to trajectory_causal.txt and keyframes.txt if the frame is in the world of the first
+  // pose. Throws IoError if a folder cannot be created, or if the results of an earlier run cannot
+  // be removed.
+  void Follow(const FrameResult& result);
+  // Call after the last frame: writes trajectory.txt, the final keyframes.txt, and
+  // trajectory_causal.txt of the largest submap; those of the others are numbered from
+  // trajectory_2.txt on.
+  void WriteTrajectories(const SlamRun& run);
+  // Call once after WriteTrajectories(): writes trajectory_adjusted.txt, cloud.ply, map.bt,
+  // grid.pgm, grid.yaml and pictures where the run has them (those of the other submaps are
+  // numbered), and run.json. Returns the content of the latter: run_json, the sizes of the maps,
+  // `complete`, and `failures` if there are any.
+  nlohmann::json WriteRest(const SlamRun& run, const nlohmann::json& run_json);
+
+  // Failures to create or write results: those of the run, then of its files.
+  const std::vector<std::string>& failures() const { return failures_; }
+
+ private:
+  void Begin();
+  void OpenLog(const char* name, std::optional<TrajectoryLog>& log) const;
+  // Continues if the file system fails.
+  void Attempt(const std::function<void()>& write);
+  void WriteDense(const SubmapRun& submap, std::size_t place);
+
+  std::filesystem::path directory_, saved_map_, loaded_map_;
+  bool begun_ = false;
+  std::optional<TrajectoryLog> causal_, keyframes_;  // empty: not open, or could not be written
+  SubmapId logged_ = kNoId;                          // submap whose frames they contain
+  std::vector<std::string> failures_;
+};
+
+}  // namespace highwall::apps

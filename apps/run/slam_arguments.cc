@@ -1,0 +1,224 @@
+#include "run/slam_arguments.h"
+
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <utility>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/system/option_table.h>
+
+#include "cli/option_checks.h"
+#include "run/imu_choice.h"
+#include "run/imu_input.h"
+#include "run/output_checks.h"
+#include "run/settings.h"
+
+namespace highwall::apps {
+namespace {
+
+// Adds the options for loading, saving and localizing in a map.
+void AddMapOptions(CLI::App* command, SlamArguments* arguments) {
+  CLI::Option* load_map =
+      command->add_option("--load-map", arguments->load_map,
+                          "Go on in a map: map.hwmap of a run, or what --save-map wrote");
+  CLI::Option* save_map =
+      command
+          ->add_option("--save-map", arguments->save_map,
+                       "Write keyframes and landmarks, map.hwmap of the run, to this file as well")
+          ->check(NotEmpty());
+  CLI::Option* adjust_all =
+      command->add_flag("--adjust-all", arguments->adjust_all,
+                        "In the end adjust all keyframes and landmarks together, and write "
+                        "trajectory_adjusted.txt");
+  command
+      ->add_flag("--localize", arguments->localize,
+                 "The map of --load-map stays as it is: poses in it by images alone, nothing else")
+      ->needs(load_map)
+      ->excludes(save_map)
+      ->excludes(adjust_all);
+}
+
+// Applies the given switches.
+void ApplySwitches(const SlamArguments& arguments, SlamOptions* slam) {
+  if (arguments.features) {
+    slam->frame.use_points = arguments.features != Features::kLines;
+    slam->frame.use_lines = arguments.features != Features::kPoints;
+  }
+  const auto apply = [](const auto& given, auto* value) {
+    if (given) *value = *given;
+  };
+  apply(arguments.point_detector, &slam->frame.point_detector);
+  apply(arguments.detector, &slam->frame.lines.detector);
+  apply(arguments.weighting, &slam->measurement.weighting);
+  apply(arguments.mad_rule, &slam->measurement.line_matches.mad_rule);
+  apply(arguments.moving_objects, &slam->tracker.moving.enabled);
+  apply(arguments.frame_timing, &slam->tracker.timing);
+  apply(arguments.coupling, &slam->inertial.coupling);
+  if (!arguments.imu.empty()) apply(ReadImuChoice(arguments.imu), &slam->inertial.weighting);
+  if (arguments.no_loops || arguments.localize) slam->loops.enabled = false;
+  if (arguments.localize) slam->localize_only = true;
+}
+
+// unneeded: options that are not required for --print-settings.
+void AddSettings(CLI::App* command, SlamArguments* arguments,
+                 const std::vector<CLI::Option*>& unneeded) {
+  command->add_option("--settings", arguments->settings,
+                      "YAML file of settings, as --print-settings writes it");
+  command
+      ->add_option("--set", arguments->set,
+                   "One setting, such as tracker.min_support=25; may be repeated")
+      ->type_name("NAME=VALUE")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->check(CLI::Validator(
+          [](const std::string& setting) -> std::string {
+            SlamOptions options;
+            try {
+              Set(setting, &options);
+            } catch (const InvalidArgument& error) {
+              return error.what();
+            }
+            return "";
+          },
+          ""));
+  command->add_flag_callback(
+      "--print-settings",
+      [arguments, unneeded] {
+        arguments->print_settings = true;
+        for (CLI::Option* option : unneeded) option->required(false);
+      },
+      "Print all settings as YAML, with units and ranges, and exit");
+}
+
+}  // namespace
+
+void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
+  CLI::Option* dataset =
+      command->add_option("--dataset", arguments->dataset, "Folder in the TUM RGB-D layout")
+          ->required();
+  command->add_option("--config", arguments->config,
+                      "tum1, tum2, tum3 or a YAML file (default: calibration.yaml of the dataset, "
+                      "else the preset that its name gives)");
+  AddMaxPairDifference(command, &arguments->max_pair_difference);
+  CLI::Option* out = command->add_option("--out", arguments->out, "Folder for the results")
+                         ->required()
+                         ->check(NotEmpty());
+  AddSettings(command, arguments, {dataset, out});
+  AddChoice<Features>(
+      command, "--features", &arguments->features,
+      {{"points", Features::kPoints}, {"lines", Features::kLines}, {"both", Features::kBoth}},
+      "What is tracked (default: both)");
+  AddChoice(command, "--point-detector", &arguments->point_detector,
+            Named<PointDetector>(kChoices<PointDetector>), "What finds points (default: orb)");
+  AddChoice(command, "--line-detector", &arguments->detector,
+            Named<LineDetector>(kChoices<LineDetector>), "What finds lines (default: edlines)");
+  AddChoice(command, "--line-outliers", &arguments->mad_rule, Named<MadRule>(kChoices<MadRule>),
+            "How false matches of lines are rejected (default: median)");
+  AddChoice(command, "--weighting", &arguments->weighting, Named<Weighting>(kChoices<Weighting>),
+            "Of what has depth (default: covariance)");
+  command->add_option("--resolution", arguments->resolution, "Edge of the smallest voxel [m]")
+      ->check(Between(1e-3, 10.0))
+      ->capture_default_str();
+  command
+      ->add_option("--imu", arguments->imu,
+                   "off, or the weight of its residuals: paper, consistent, fixed:W (default: "
+                   "consistent where the dataset has an IMU)")
+      ->check(ImuChoice());
+  AddChoice(command, "--inertial", &arguments->coupling,
+            Named<InertialCoupling>(kChoices<InertialCoupling>),
+            "How an IMU is coupled with the images: by the landmarks that they see, or by the pose "
+            "that they give (default: tight)");
+  AddChoice<bool>(command, "--gps", &arguments->gps, {{"on", true}, {"off", false}},
+                  "on: the fixes of gps.csv keep the map from drifting, where the dataset has them "
+                  "(default: on)");
+  AddChoice<bool>(command, "--moving-objects", &arguments->moving_objects,
+                  {{"on", true}, {"off", false}},
+                  "on: dynamic objects are masked out of tracking and mapping (default: on)");
+  AddChoice(
+      command, "--frame-timing", &arguments->frame_timing,
+      Named<FrameTimingMode>(kChoices<FrameTimingMode>),
+      "estimated: the readout of the rows and the delay of depth are estimated online, known: "
+      "they are those of the calibration (default: estimated)");
+  CLI::Option* deterministic =
+      command->add_flag("--deterministic", arguments->deterministic,
+                        "One thread; the same output, bit for bit, on every run");
+  command
+      ->add_flag("--live", arguments->live,
+                 "At the pace of the stamps; frames that come too fast are dropped and counted")
+      ->excludes(deterministic);
+  AddMapOptions(command, arguments);
+  command->add_flag("--no-loops", arguments->no_loops, "Do not close loops");
+  command->add_flag("--no-map", arguments->no_map, "No cloud, octree and grid");
+  command->add_flag("--report", arguments->report,
+                    "Write report.html too: the run on one page, for any browser");
+  command->add_flag("--overwrite", arguments->overwrite, kOverwriteHelp);
+  command->add_flag("--json", arguments->json, "Print the report as one JSON object");
+}
+
+void CheckArguments(const SlamArguments& arguments) {
+  if (arguments.localize && !arguments.imu.empty() && ReadImuChoice(arguments.imu)) {
+    throw CLI::ValidationError("--localize", "works by images alone: leave --imu out or off");
+  }
+  if (!arguments.settings.empty()) return;  // errors of the file are not usage errors
+  try {
+    MakeOptions(arguments);
+  } catch (const InvalidArgument& error) {
+    throw CLI::ValidationError("--set", error.what());
+  }
+}
+
+bool WantsImu(const SlamArguments& arguments) {
+  return ReadImuChoice(arguments.imu).has_value() && !arguments.localize;
+}
+
+std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
+                                   std::vector<std::string>* warnings) {
+  if (!WantsImu(arguments)) return std::nullopt;
+  std::optional<ImuInput> input;
+  try {
+    input = LoadImu(*dataset.images, dataset.config.imu);
+  } catch (const IoError& error) {  // the images can still be tracked
+    if (!arguments.imu.empty()) throw;
+    warnings->push_back(std::string(error.what()) + "; the IMU is not used");
+    return std::nullopt;
+  }
+  if (!input) {
+    if (arguments.imu.empty()) return std::nullopt;
+    throw IoError(arguments.dataset, "has no IMU (imu.csv), but --imu asks for one");
+  }
+  warnings->insert(warnings->end(), input->warnings.begin(), input->warnings.end());
+  if (!input->IsUsable()) return std::nullopt;
+  return ImuFeed{input->calibration, std::move(input->samples)};
+}
+
+std::optional<GpsFeed> ReadGpsFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
+                                   bool with_imu) {
+  if (!arguments.gps || arguments.localize) return std::nullopt;
+  return LoadGps(arguments.dataset, dataset.config, with_imu);
+}
+
+SlamRunOptions MakeOptions(const SlamArguments& arguments) {
+  SlamRunOptions options;
+  if (!arguments.settings.empty()) ReadSettings(arguments.settings, &options.slam);
+  ApplySwitches(arguments, &options.slam);
+  for (const std::string& setting : arguments.set) Set(setting, &options.slam);
+  CheckSettings(options.slam);
+  HIGHWALL_REQUIRE(options.slam.localize_only == arguments.localize,
+                   "localize_only needs a map: give --load-map and --localize instead");
+  options.map.octree.resolution = arguments.resolution;
+  // The dense map is built from the keyframes of the run; localization has none.
+  options.dense = !arguments.no_map && !arguments.localize;
+  options.adjust_all = arguments.adjust_all;
+  options.load_map = arguments.load_map;
+  options.save_map = arguments.save_map;
+  options.live = arguments.live;
+  if (arguments.deterministic) {
+    options.slam = Deterministic(options.slam);
+    options.prefetch = 0;
+    options.map.background = false;
+  }
+  return options;
+}
+
+}  // namespace highwall::apps

@@ -1,0 +1,489 @@
+#include "run/slam_run.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/features/make_point_extractor.h>
+#include <highwall/frontend/input/frame_reader.h>
+#include <highwall/frontend/map/feature_type_mismatch.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/internal/stopwatch.h>
+
+#include "cli/attempt.h"
+#include "run/dense_stage.h"
+#include "run/finished_run.h"
+#include "run/live_replay.h"
+
+namespace highwall::apps {
+namespace {
+
+// A less accurate scale does not show whether a depth camera is calibrated.
+constexpr double kMaxScaleSigma = 0.02;
+constexpr Stamp kStateInterval = 250'000'000;  // [ns] between ImuStates: biases change slowly
+
+// Total time of SlamSystem::Track() for a frame.
+double TotalOf(const FrameTimes& times) {
+  return times.features + times.tracking + times.mapping + times.loops;
+}
+
+// Samples of StageTimes, one per frame.
+struct StageSamples {
+  std::vector<double> points, lines, features, pose, tracking, mapping, frame;
+
+  void Add(const FrameTimes& times, bool keyframe) {
+    points.push_back(times.points);
+    lines.push_back(times.lines);
+    features.push_back(times.features);
+    pose.push_back(times.tracking);
+    tracking.push_back(times.features + times.tracking);
+    if (keyframe) mapping.push_back(times.mapping);
+    frame.push_back(TotalOf(times));
+  }
+
+  StageTimes Summary() const {
+    return {Summarize(points),   Summarize(lines),   Summarize(features), Summarize(pose),
+            Summarize(tracking), Summarize(mapping), Summarize(frame),    {}};
+  }
+};
+
+// Passes the IMU readings of a recording to the system before each image.
+class ImuReplay {
+ public:
+  explicit ImuReplay(const std::optional<ImuFeed>& feed) : feed_(feed) {}
+
+  void FeedUntil(Stamp image, SlamSystem& slam) {
+    if (!feed_) return;
+    // The clock offset is not yet known exactly.
+    const Stamp until = image + FromSeconds(feed_->calibration.time_offset + 0.1);
+    for (; next_ < feed_->samples.size() && feed_->samples[next_].stamp <= until; ++next_) {
+      slam.AddImu(feed_->samples[next_]);
+    }
+  }
+
+ private:
+  const std::optional<ImuFeed>& feed_;
+  std::size_t next_ = 0;
+};
+
+// Frames of a recording, in the order of their stamps: a stamp far ahead of the others is a pause
+// of the recording, which may be longer than that of a live camera.
+class StampedFrames {
+ public:
+  FrameResult Track(const RgbdImage& image, SlamSystem& slam) {
+    const bool paused = last_ && ToSeconds(image.stamp - *last_) > kLongestPause;
+    last_ = image.stamp;
+    if (!paused) return slam.Track(image);
+    try {
+      return slam.Track(image);
+    } catch (const InvalidArgument&) {
+      return slam.Track(image);  // accepted on the second call
+    }
+  }
+
+ private:
+  std::optional<Stamp> last_;
+};
+
+// Does the same for GPS fixes.
+class GpsReplay {
+ public:
+  GpsReplay(const std::optional<GpsFeed>& feed, SlamSystem& slam) : feed_(feed) {
+    if (feed_) frame_ = slam.AddReferenceFrame();
+  }
+
+  void FeedUntil(Stamp image, SlamSystem& slam) {
+    if (!feed_) return;
+    for (; next_ < feed_->fixes.size() && feed_->fixes[next_].stamp <= image; ++next_) {
+      slam.AddFactor(MakeGpsFactor(feed_->fixes[next_], feed_->antenna_B, frame_));
+    }
+  }
+
+  // Call last.
+  std::optional<GpsSummary> Summary(const SlamSystem& slam) const {
+    if (!feed_) return std::nullopt;
+    return SummarizeGps(*feed_, slam.factor_counts(), slam.T_FW(frame_), slam.trajectory());
+  }
+
+ private:
+  const std::optional<GpsFeed>& feed_;
+  ReferenceFrameId frame_;
+  std::size_t next_ = 0;
+};
+
+// Accumulates an InertialSummary.
+class InertialTally {
+ public:
+  void Add(const FrameResult& result) {
+    if (!result.inertial) return;
+    const InertialReport& report = *result.inertial;
+    summary_.last = report;
+    if (report.status == InertialStatus::kGivenUp) {
+      ++summary_.given_up;
+      summary_.given_up_because = report.reason;
+    }
+    if (report.estimate && !summary_.initialized) summary_.initialized = result.stamp;
+    AddState(result.stamp, report);
+    if (result.state == TrackingState::kInertial) ++summary_.dead_reckoned;
+    if (report.saturated) ++summary_.saturated;
+    if (report.tight) tight_milliseconds_.push_back(report.tight->milliseconds);
+    if (report.tight && !report.tight->accepted) ++summary_.refused_updates;
+    if (report.contradicted) {
+      ++summary_.contradicted;
+    } else if (report.restarted) {
+      ++summary_.restarts;
+    }
+    if (report.weight > 0.0) {
+      const int dof = report.innovation_dof;
+      WeighedInterval& interval =
+          summary_.intervals.emplace_back(WeighedInterval{result.stamp, report.weight, {}});
+      if (dof > 0) interval.innovation = report.squared_innovation / dof;
+    }
+    squared_innovation_ += report.squared_innovation;
+    dof_ += report.innovation_dof;
+  }
+
+  InertialSummary Summary() const {
+    InertialSummary summary = summary_;
+    summary.tight = Summarize(tight_milliseconds_);
+    if (const auto n = static_cast<double>(summary.intervals.size()); n > 0.0) {
+      double weights = 0.0;
+      for (const WeighedInterval& interval : summary.intervals) weights += interval.weight;
+      summary.mean_weight = weights / n;
+      summary.reduced_share =
+          static_cast<double>(std::ranges::count_if(
+              summary.intervals, [](const WeighedInterval& i) { return i.weight < 1.0; })) /
+          n;
+    }
+    if (dof_ > 0) summary.mean_innovation = squared_innovation_ / dof_;
+    return summary;
+  }
+
+ private:
+  void AddState(Stamp stamp, const InertialReport& report) {
+    std::vector<ImuState>& states = summary_.states;
+    if (!report.estimate) return;
+    if (!states.empty() && stamp - states.back().stamp < kStateInterval) return;
+    states.push_back({stamp, report.estimate->bias, report.time_offset});
+  }
+
+  InertialSummary summary_;
+  std::vector<double> tight_milliseconds_;
+  double squared_innovation_ = 0.0;
+  int dof_ = 0;
+};
+
+Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera,
+               const FrameBuilderOptions& frame) {
+  if (path.empty()) return {};
+  SavedMap saved = LoadMap(path);
+  const FeatureType kind = MakePointExtractor(frame)->kind();
+  if (const auto clash = FindMismatch(saved.map, kind)) {
+    throw IoError(path, "is a map of points by " + clash->first + ", this run finds them by " +
+                            clash->second + ": choose another " +
+                            (saved.map.feature_type().name != kind.name ? "--point-detector"
+                                                                        : "frame.orb.pyramid"));
+  }
+  if (!IsSameCamera(saved.camera, camera)) throw IoError(path, "is a map of another camera");
+  return std::move(saved.map);
+}
+
+// Frames of a dataset, on request or at the pace of their stamps.
+class FrameSource {
+ public:
+  FrameSource(const Dataset& dataset, const SlamRunOptions& options) {
+    const FrameReaderOptions range{
+        .begin = options.begin, .end = options.end, .prefetch = options.prefetch};
+    if (options.live) {
+      live_.emplace(dataset, range);
+    } else {
+      reader_.emplace(dataset, range);
+    }
+  }
+
+  std::optional<RgbdImage> Next() { return live_ ? live_->Next() : reader_->Next(); }
+  std::size_t position() const { return live_ ? live_->position() : reader_->position(); }
+  std::size_t count() const { return live_ ? live_->count() : reader_->count(); }
+  std::size_t dropped() const { return live_ ? live_->dropped() : 0; }
+  // Number of frames after the last one returned.
+  std::size_t left() const { return count() - std::min(position(), count()); }
+
+ private:
+  std::optional<FrameReader> reader_;  // one of the two
+  std::optional<LiveReplay> live_;
+};
+
+SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options) {
+  SlamOptions slam = options.slam;
+  if (options.live) slam.mapper.wait = false;
+  return SlamSystem(sensor, slam,
+                    options.imu ? std::optional(options.imu->calibration) : std::nullopt,
+                    LoadMapFor(options.load_map, sensor.camera, slam.frame));
+}
+
+void Record(const std::vector<LoopReport>& reports, std::vector<LoopEvent>* events) {
+  for (const LoopReport& report : reports) {
+    if (report.bundle) continue;  // of a loop already recorded
+    events->push_back(
+        {report.loop.edge, report.accepted, report.merge.has_value(), report.message});
+  }
+}
+
+void Count(const std::vector<LoopReport>& reports, LoopCounts* counts) {
+  for (const LoopReport& report : reports) {
+    counts->worst_seconds = std::max(counts->worst_seconds, report.seconds);
+    if (report.bundle) continue;  // of a loop already counted
+    if (report.accepted && report.merge) ++counts->merges;
+    ++(report.accepted ? counts->closed : counts->refused);
+    counts->fused_points += static_cast<std::size_t>(report.fused_points);
+    counts->fused_lines += static_cast<std::size_t>(report.fused_lines);
+  }
+}
+
+void Count(const BundleAdjustmentReport& report, AdjustmentCounts* counts) {
+  ++counts->all;
+  if (report.refused) ++counts->refused;
+  if (!report.usable && !report.refused) ++counts->failed;
+  if (report.usable && !report.moved) ++counts->unmoved;
+  counts->rejected_steps += static_cast<std::size_t>(report.rejected_steps);
+}
+
+void Count(const std::vector<LoopReport>& reports, AdjustmentCounts* counts) {
+  for (const LoopReport& report : reports) {
+    if (report.bundle) Count(*report.bundle, counts);
+  }
+}
+
+// Returns the extrinsics estimated online, if available.
+Pose ExtrinsicsOf(const SlamRunOptions& options, const SlamRun& run) {
+  if (!options.imu) return Pose();
+  if (!run.inertial || !run.inertial->last.extrinsics) return options.imu->calibration.T_BC;
+  return run.inertial->last.extrinsics->T_BC;
+}
+
+MeasurementModel ModelOf(const Map& map, const RgbdSensor& sensor, const SlamRunOptions& options,
+                         const SlamRun& run) {
+  return MeasurementModel(sensor, options.slam.measurement, ExtrinsicsOf(options, run),
+                          map.feature_type().pyramid);
+}
+
+std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
+                                  const SlamRunOptions& options, const SlamRun& run) {
+  if (!map.gravity_W()) return std::nullopt;
+  const MeasurementModel model = ModelOf(map, sensor, options, run);
+  const std::optional<DepthScale> scale =
+      EstimateDepthScale(AdjustedWithoutImu(map, model, options.slam.loops.bundle), model.T_BC());
+  return scale && scale->sigma <= kMaxScaleSigma ? scale : std::nullopt;
+}
+
+// Accumulates the results of the frames of a run.
+class RunTally {
+ public:
+  void Add(const FrameResult& result) {
+    ++run_.frames;
+    samples_.Add(result.times, result.mapping.has_value());
+    inertial_.Add(result);
+    Count(result.loops, &run_.loops);
+    Count(result.loops, &run_.adjustments);
+    if (result.adjustment) Count(*result.adjustment, &run_.adjustments);
+    Record(result.loops, &run_.loop_events);
+    run_.matched_points += result.matched_points;
+    run_.matched_lines += result.matched_lines;
+    run_.per_frame.push_back(
+        {result.stamp, result.matched_points, result.matched_lines, TotalOf(result.times)});
+    if (result.reason) reasons_[result.stamp] = *result.reason;
+    if (result.repeated) ++run_.repeated;
+    if (HasPose(result.state)) {
+      ++tracked_;
+      causal_[result.submap].push_back({result.stamp, result.T_WC});
+    }
+    if (result.relocalized) ++run_.relocalizations;
+    if (!result.unobservable_directions.empty()) ++run_.open_frames;
+    if (!result.mapping) return;
+    ++run_.keyframes_made;
+    run_.keyframe_stamps[result.mapping->keyframe] = result.stamp;
+  }
+
+  // Call once, last. submaps: final ones.
+  SlamRun Take(std::vector<SubmapTrajectory> submaps) {
+    SlamRun run = std::move(run_);
+    if (tracked_ > 0) {
+      run.matched_points /= static_cast<double>(tracked_);
+      run.matched_lines /= static_cast<double>(tracked_);
+    }
+    std::set<Stamp> posed;
+    for (SubmapTrajectory& submap : submaps) {
+      for (const StampedPose& pose : submap.frames) posed.insert(pose.stamp);
+      run.others.push_back({submap.submap,
+                            submap.keyframes,
+                            std::move(causal_[submap.submap]),
+                            std::move(submap.frames),
+                            {}});
+    }
+    for (const TrackedFrame& frame : run.per_frame) {
+      if (posed.contains(frame.stamp)) continue;
+      const auto reason = reasons_.find(frame.stamp);
+      run.lost.push_back(frame.stamp);
+      run.lost_because.push_back(reason != reasons_.end() ? ToString(reason->second) : "dropped");
+      ++run.loss_reasons[run.lost_because.back()];
+    }
+    if (!run.others.empty()) {
+      run.largest = std::move(run.others.front());
+      run.others.erase(run.others.begin());
+    }
+    run.inertial = inertial_.Summary();
+    run.times = samples_.Summary();
+    return run;
+  }
+
+ private:
+  SlamRun run_;
+  std::size_t tracked_ = 0;
+  std::map<Stamp, LossReason> reasons_;
+  std::map<SubmapId, Trajectory> causal_;
+  StageSamples samples_;
+  InertialTally inertial_;
+};
+
+// Finalizes the map after tracking.
+void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSystem& slam,
+               SlamRun* run) {
+  run->refined = slam.refined_frames();
+  run->sensor = slam.sensor();
+  run->levels = slam.map().feature_type().pyramid.levels;
+  const auto attempt = [run](const char* what, const auto& work) {
+    Attempt(what, &run->failures, work);
+  };
+  if (run->inertial) {
+    attempt("scale of the depth",
+            [&] { run->inertial->depth_scale = ScaleOf(slam.map(), sensor, options, *run); });
+  }
+  if (options.adjust_all && slam.map().num_keyframes() > 1) {
+    attempt("adjustment of everything", [&] {
+      slam.AdjustAll();
+      std::vector<SubmapTrajectory> submaps = slam.submaps();
+      run->largest.adjusted = std::move(submaps.front().frames);
+      for (std::size_t i = 1; i < submaps.size(); ++i) {
+        run->others[i - 1].adjusted = std::move(submaps[i].frames);
+      }
+    });
+  }
+  if (options.calibrate && run->largest.submap != kNoId) {
+    attempt("calibration of the camera", [&] {
+      run->camera = CalibrateCamera(slam.map(), ModelOf(slam.map(), sensor, options, *run),
+                                    run->largest.submap, *options.calibrate);
+    });
+  }
+  for (const std::filesystem::path& path : {options.save_map, options.keep_map}) {
+    if (path.empty() || run->largest.trajectory.empty()) continue;
+    attempt("saved map", [&] { SaveMap(path, sensor.camera, slam.map()); });
+  }
+  run->keyframes = slam.keyframe_trajectory();
+  const SubmapId drawn = run->largest.submap != kNoId ? run->largest.submap : kFirstSubmap;
+  run->sparse =
+      SurveyMap(slam.map(), drawn,
+                run->largest.adjusted.empty() ? run->largest.trajectory : run->largest.adjusted,
+                run->keyframes);
+  run->points = slam.map().num_points();
+  run->lines = slam.map().num_lines();
+}
+
+double PosedShare(const SlamRun& run, std::size_t images) {
+  const std::size_t posed = run.frames - run.lost.size();
+  return images > 0 ? static_cast<double>(posed) / static_cast<double>(images) : 0.0;
+}
+
+// Counts in the processed part of the recording.
+std::size_t CountWithoutDepth(const Dataset& dataset, const SlamRunOptions& options) {
+  const auto is_in = [&](Stamp stamp) {
+    const bool after = options.begin == 0 ||
+                       (options.begin < dataset.size() && stamp >= dataset.stamp(options.begin));
+    return after && (options.end >= dataset.size() || stamp < dataset.stamp(options.end));
+  };
+  return static_cast<std::size_t>(std::ranges::count_if(dataset.stamps_without_depth(), is_in));
+}
+
+}  // namespace
+
+TimingStatistics Summarize(std::vector<double> samples) {
+  if (samples.empty()) return {};
+  std::sort(samples.begin(), samples.end());
+  const auto at = [&](double quantile) {
+    return samples[static_cast<std::size_t>(quantile * static_cast<double>(samples.size() - 1))];
+  };
+  return {
+      std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size()),
+      at(0.5), at(0.95), at(0.99), samples.size()};
+}
+
+double Coverage(const SlamRun& run) {
+  return PosedShare(run, run.frames + run.skipped + run.dropped);
+}
+
+double ColourCoverage(const SlamRun& run) {
+  return PosedShare(run, CountColourImages(run));
+}
+
+std::size_t CountColourImages(const SlamRun& run) {
+  return run.frames + run.skipped + run.dropped + run.without_depth;
+}
+
+void RequireWhole(const SlamRun& run) {
+  if (!run.failures.empty()) throw std::runtime_error(run.failures.front());
+}
+
+SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
+                const FrameCallback& on_frame, const TrackedCallback& on_tracked) {
+  const Stopwatch stopwatch;
+  SlamSystem slam = MakeSystem(sensor, options);
+  ImuReplay imu(options.imu);
+  GpsReplay gps(options.gps, slam);
+  DenseStage mapping(slam, dataset, sensor, options);
+  FrameSource reader(dataset, options);
+
+  RunTally tally;
+  StampedFrames tracked;
+  const auto stopped = [&] { return options.stop && reader.left() > 0 && options.stop(); };
+  while (const std::optional<RgbdImage> image = stopped() ? std::nullopt : reader.Next()) {
+    imu.FeedUntil(image->stamp, slam);
+    gps.FeedUntil(image->stamp, slam);
+    const FrameResult result = tracked.Track(*image, slam);
+    tally.Add(result);
+    if (on_frame) on_frame(result, *image, reader.position(), reader.count());
+  }
+  const std::size_t dropped = reader.dropped(), left = reader.left();
+  std::vector<LoopReport> last;
+  std::vector<std::string> failures;
+  Attempt("last adjustment", &failures, [&] { last = slam.Finish(); });
+  SlamRun run = tally.Take(slam.submaps());
+  run.failures = std::move(failures);
+  Count(last, &run.loops);
+  Count(last, &run.adjustments);
+  Record(last, &run.loop_events);
+  if (!options.imu) run.inertial.reset();
+  run.gps = gps.Summary(slam);
+  run.dropped = dropped;
+  run.left = left;
+  run.skipped = reader.count() - run.left - run.frames - run.dropped;
+  run.without_depth = CountWithoutDepth(dataset, options);
+  run.keyframes = slam.keyframe_trajectory();
+  if (on_tracked && !run.largest.trajectory.empty()) on_tracked(run);
+  FinishMap(sensor, options, slam, &run);
+  mapping.Finish(&run);
+  run.seconds = stopwatch.Seconds();
+  return run;
+}
+
+double PeakMemoryMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+}  // namespace highwall::apps
