@@ -15,11 +15,12 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include <highwall/frontend/features/orb_extractor.h>
+#include <highwall/frontend/features/orb_matcher.h>
+
 #include "bench_main.h"
 #include "cli/option_checks.h"
 #include "features/descriptor_bits.h"
-#include "features/orb_extractor.h"
-#include "features/orb_matcher.h"
 #include "features/sift_extractor.h"
 #include "files/json_text.h"
 #include "scenes.h"

@@ -21,7 +21,7 @@ class PythonSlam : public SlamSystem {
  public:
   PythonSlam(const RgbdSensor& sensor, const SlamOptions& options,
              const std::optional<ImuCalibration>& imu, std::shared_ptr<PointExtractor> points)
-      : SlamSystem(sensor, options, imu, {}, std::move(points)),
+      : SlamSystem(sensor, options, {.imu = imu, .points = std::move(points)}),
         sensor_(sensor),
         has_imu_(imu.has_value()) {}
   PythonSlam(const PythonSlam&) = delete;  // its callbacks refer to it

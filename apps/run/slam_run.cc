@@ -222,9 +222,9 @@ class FrameSource {
 SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options) {
   SlamOptions slam = options.slam;
   if (options.live) slam.mapper.wait = false;
-  return SlamSystem(sensor, slam,
-                    options.imu ? std::optional(options.imu->calibration) : std::nullopt,
-                    LoadMapFor(options.load_map, sensor.camera, slam.frame));
+  SlamInputs inputs{.map = LoadMapFor(options.load_map, sensor.camera, slam.frame)};
+  if (options.imu) inputs.imu = options.imu->calibration;
+  return SlamSystem(sensor, slam, std::move(inputs));
 }
 
 void Record(const std::vector<LoopReport>& reports, std::vector<LoopEvent>* events) {

@@ -43,7 +43,7 @@ nlohmann::json BenchEndurance(double minutes, bool imu) {
   const std::vector<ImuSample> samples = imu ? room.ImuSamples() : std::vector<ImuSample>();
   std::optional<ImuCalibration> calibration;
   if (imu) calibration = CalibrationOf(room.options().imu);
-  SlamSystem slam({.camera = SmallCamera()}, {}, calibration);
+  SlamSystem slam({.camera = SmallCamera()}, {}, {.imu = calibration});
   std::size_t next = 0;
   nlohmann::json report;
   double first = 0.0, most = 0.0;

@@ -53,7 +53,7 @@ class ReturnWalk {
       readings_ = scene.ImuSamples();
     }
     slam_ = std::make_unique<SlamSystem>(RgbdSensor{.camera = scene.options().camera}, options,
-                                         calibration);
+                                         SlamInputs{.imu = calibration});
   }
 
   void Track(const simulate::SimulatedFrame& frame, double time) {

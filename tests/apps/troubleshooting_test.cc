@@ -489,13 +489,13 @@ void Troubleshooting::Extractors() {
   const cv::Size size(sensor.camera.width, sensor.camera.height);
   const RgbdImage image{0, cv::Mat(size, CV_8UC3, cv::Scalar::all(90)),
                         cv::Mat(size, CV_32FC1, cv::Scalar(2.0))};
-  SlamSystem slam(sensor, {}, std::nullopt, {}, std::make_shared<Outside>());
+  SlamSystem slam(sensor, {}, {.points = std::make_shared<Outside>()});
   said_.push_back(testing::MessageOf<InvalidArgument>([&] { slam.Track(image); }));
   Map sift;
   sift.AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
   sift.SetFeatureType({.name = "sift"});
   said_.push_back(testing::MessageOf<InvalidArgument>(
-      [&] { SlamSystem(sensor, {}, std::nullopt, std::move(sift)); }));
+      [&] { SlamSystem(sensor, {}, {.map = std::move(sift)}); }));
 }
 
 TEST_F(Troubleshooting, EveryMessageOfThePageIsSaidAndNoneSpeaksOfTheCode) {

@@ -6,7 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include "local/bundle_adjustment.h"
+#include <highwall/frontend/local/bundle_adjustment.h>
+
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 

@@ -5,9 +5,9 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/pose/pose_solver.h>
 
 #include "pose/degeneracy.h"
-#include "pose/pose_solver.h"
 #include "support/synthetic_scene.h"
 
 namespace highwall::degeneracy_test {

@@ -8,9 +8,9 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/local/bundle_adjustment.h>
 
 #include "features/corrected_depth.h"
-#include "local/bundle_adjustment.h"
 #include "support/synthetic_scene.h"
 
 namespace highwall::depth_distortion_estimator_test {

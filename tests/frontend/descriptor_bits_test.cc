@@ -1,3 +1,5 @@
+#include <highwall/frontend/features/orb_matcher.h>
+
 #include "features/descriptor_bits.h"
 
 #include <algorithm>
@@ -9,8 +11,6 @@
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
-
-#include "features/orb_matcher.h"
 
 namespace highwall::descriptor_bits_test {
 namespace {

@@ -7,9 +7,9 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/features/orb_extractor.h>
 
 #include "features/frame_builder.h"
-#include "features/orb_extractor.h"
 #include "support/message_of.h"
 
 namespace highwall::frame_test {

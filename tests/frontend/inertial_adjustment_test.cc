@@ -6,9 +6,9 @@
 
 #include <highwall/factors/imu_factor.h>
 #include <highwall/factors/imu_preintegration.h>
+#include <highwall/frontend/local/bundle_adjustment.h>
 
 #include "inertial_scene.h"
-#include "local/bundle_adjustment.h"
 #include "loops/loop_closer.h"
 #include "support/id_literals.h"
 #include "support/loop_scene.h"

@@ -7,7 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "inertial/inertial_odometry.h"
+#include <highwall/frontend/inertial/inertial_odometry.h>
+
 #include "inertial_scene.h"
 
 namespace highwall::testing {

@@ -1,4 +1,3 @@
-#include "inertial/inertial_odometry.h"
 
 #include <algorithm>
 #include <functional>
@@ -8,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/factors/adaptive_imu_weight.h>
+#include <highwall/frontend/inertial/inertial_odometry.h>
 
 #include "inertial_drive.h"
 

@@ -3,8 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
-
-#include "inertial/inertial_odometry.h"
+#include <highwall/frontend/inertial/inertial_odometry.h>
 
 namespace highwall::inertial_report_test {
 namespace {

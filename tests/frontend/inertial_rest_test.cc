@@ -2,7 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "inertial/inertial_odometry.h"
+#include <highwall/frontend/inertial/inertial_odometry.h>
+
 #include "inertial_drive.h"
 
 // Conditions under which a body is stationary, and under which it is not.

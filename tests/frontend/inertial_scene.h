@@ -11,10 +11,10 @@
 #include <highwall/core/so3.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_buffer.h>
+#include <highwall/frontend/inertial/visual_pose.h>
 #include <highwall/frontend/input/sensor.h>
 
 #include "inertial/inertial_prior.h"
-#include "inertial/visual_pose.h"
 #include "support/imu_scene.h"
 
 // Common parts of the tests of inertial odometry: a body with camera and IMU on an analytic motion,

@@ -11,10 +11,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/features/line_extractor.h>
+#include <highwall/frontend/features/orb_matcher.h>
 
-#include "features/line_extractor.h"
 #include "features/line_refinement.h"
-#include "features/orb_matcher.h"
 
 namespace highwall::line_extractor_test {
 namespace {

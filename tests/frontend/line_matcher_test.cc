@@ -5,8 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
-
-#include "features/line_matcher.h"
+#include <highwall/frontend/features/line_matcher.h>
 
 namespace highwall::line_matcher_test {
 namespace {

@@ -8,9 +8,9 @@
 
 #include <highwall/core/pose.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/map/seen_landmarks.h>
 
 #include "inertial_scene.h"
-#include "map/seen_landmarks.h"
 #include "support/synthetic_scene.h"
 
 // Common parts of the tests of the tightly coupled smoother: a body with camera and IMU in a place

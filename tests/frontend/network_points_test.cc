@@ -118,8 +118,8 @@ TEST_F(NetworkPointsTest, AreTrackedAndMapped) {
   }
   SlamOptions options = Deterministic({});
   options.frame.use_lines = false;
-  SlamSystem slam(sensor, options, std::nullopt, {},
-                  std::make_shared<NetworkPoints>(Network({Scores(), Descriptors()})));
+  SlamSystem slam(sensor, options,
+                  {.points = std::make_shared<NetworkPoints>(Network({Scores(), Descriptors()}))});
   for (int step = 0; step <= kSteps; ++step) {
     const FrameResult frame =
         slam.Track({step * 33'000'000, wall(cv::Rect(step * kCell, 0, 320, 240)).clone(),

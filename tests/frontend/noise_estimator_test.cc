@@ -1,3 +1,6 @@
+#include <highwall/frontend/local/bundle_adjustment.h>
+#include <highwall/frontend/pose/pose_solver.h>
+
 #include "sensor/noise_estimator.h"
 
 #include <algorithm>
@@ -6,9 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "local/bundle_adjustment.h"
 #include "pose/pose_observations.h"
-#include "pose/pose_solver.h"
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 

@@ -10,9 +10,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
-
-#include "features/orb_extractor.h"
-#include "features/orb_matcher.h"
+#include <highwall/frontend/features/orb_extractor.h>
+#include <highwall/frontend/features/orb_matcher.h>
 
 namespace highwall::orb_extractor_test {
 namespace {

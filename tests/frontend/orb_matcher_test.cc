@@ -5,8 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
-
-#include "features/orb_matcher.h"
+#include <highwall/frontend/features/orb_matcher.h>
 
 namespace highwall::orb_matcher_test {
 namespace {

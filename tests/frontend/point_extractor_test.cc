@@ -1,4 +1,6 @@
 // Points of a user's extractor in a frame, and the rejection of invalid ones.
+#include <highwall/core/error.h>
+#include <highwall/frontend/features/orb_extractor.h>
 #include <highwall/frontend/features/point_extractor.h>
 
 #include <functional>
@@ -11,10 +13,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include <highwall/core/error.h>
-
 #include "features/frame_builder.h"
-#include "features/orb_extractor.h"
 #include "support/message_of.h"
 
 namespace highwall::point_extractor_test {

@@ -7,8 +7,8 @@
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/so3.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/pose/pose_solver.h>
 
-#include "pose/pose_solver.h"
 #include "support/synthetic_scene.h"
 
 namespace highwall::pose_solver_test {

@@ -1,4 +1,8 @@
 // SlamSystem with an IMU, in a rendered room.
+#include <highwall/core/error.h>
+#include <highwall/core/trajectory_error.h>
+#include <highwall/factors/imu_preintegration.h>
+#include <highwall/frontend/inertial/inertial_odometry.h>
 #include <highwall/frontend/system/slam_system.h>
 
 #include <cmath>
@@ -6,14 +10,9 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <highwall/core/error.h>
-#include <highwall/core/trajectory_error.h>
-#include <highwall/factors/imu_preintegration.h>
 #include <simulate/scenes/room.h>
 
 #include "support/rendered_walk.h"
-
-#include "inertial/inertial_odometry.h"
 
 namespace highwall::slam_inertial_test {
 namespace {
@@ -80,7 +79,7 @@ std::unique_ptr<const RenderedWalk> SlamInertialTest::walk_;
 
 TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
   const RgbdSensor sensor{.camera = SmallCamera()};
-  SlamSystem system(sensor, Deterministic({}), walk().calibration);
+  SlamSystem system(sensor, Deterministic({}), {.imu = walk().calibration});
   const std::vector<FrameResult> results = Run(system);
   // After the dark interval the place is not mapped: the IMU extrapolates until a map is begun
   // there.
@@ -119,7 +118,7 @@ TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
   ASSERT_TRUE(system.map().gravity_W());
   EXPECT_LT((*system.map().gravity_W() - Eigen::Vector3d(0, 0, -9.81)).norm(), 0.1);
 
-  SlamSystem again(sensor, Deterministic({}), walk().calibration);
+  SlamSystem again(sensor, Deterministic({}), {.imu = walk().calibration});
   const std::vector<FrameResult> repeated = Run(again);
   for (std::size_t i = 0; i < results.size(); ++i) {
     ASSERT_EQ(repeated[i].T_WC.Matrix(), results[i].T_WC.Matrix()) << i;
@@ -135,7 +134,7 @@ TEST_F(SlamInertialTest, InitializesBridgesADarknessAndRepeatsBitForBit) {
 TEST_F(SlamInertialTest, ASubmapThatBeginsWhereDeadReckoningHasEndedIsUpright) {
   SlamOptions options = Deterministic({});
   options.inertial.max_dead_reckoning = 0.5;
-  SlamSystem system({.camera = SmallCamera()}, options, walk().calibration);
+  SlamSystem system({.camera = SmallCamera()}, options, {.imu = walk().calibration});
   const std::vector<FrameResult> results = Run(system);
   const FrameResult& last_dark = results[kBrightAgain - 1];
   EXPECT_EQ(last_dark.state, TrackingState::kLost);
@@ -158,7 +157,7 @@ TEST_F(SlamInertialTest, ASubmapThatBeginsWhereDeadReckoningHasEndedIsUpright) {
 }
 
 TEST_F(SlamInertialTest, KeyFramesAreTiedByTheReadingsBetween) {
-  SlamSystem system({.camera = SmallCamera()}, Deterministic({}), walk().calibration);
+  SlamSystem system({.camera = SmallCamera()}, Deterministic({}), {.imu = walk().calibration});
   Run(system, kDark);
   int tied = 0;
   const Map& map = system.map();
@@ -179,7 +178,7 @@ TEST_F(SlamInertialTest, KeyFramesAreTiedByTheReadingsBetween) {
 TEST_F(SlamInertialTest, AnIntervalOfManyImagesHasTheirMeanWeight) {
   SlamOptions options = Deterministic({});
   options.inertial.weighting.policy = ImuWeighting::kPaper;
-  SlamSystem system({.camera = SmallCamera()}, options, walk().calibration);
+  SlamSystem system({.camera = SmallCamera()}, options, {.imu = walk().calibration});
   double sum = 0.0;
   int images = 0;
   double last = 0.0;
@@ -207,7 +206,7 @@ TEST_F(SlamInertialTest, AnIntervalOfManyImagesHasTheirMeanWeight) {
 TEST_F(SlamInertialTest, AnImuThatContradictsTheImagesChangesNothing) {
   // The readings are negated: the system continues with images alone, which determine the
   // trajectory.
-  SlamSystem system({.camera = SmallCamera()}, Deterministic({}), walk().calibration);
+  SlamSystem system({.camera = SmallCamera()}, Deterministic({}), {.imu = walk().calibration});
   std::size_t next = 0;
   for (std::size_t i = 0; i < kDark; ++i) {
     for (; next < walk().readings.size() &&

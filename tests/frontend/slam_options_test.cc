@@ -1,6 +1,8 @@
 // Every field of SlamOptions: a value outside of its range is refused by name, by SlamOptions and
 // by the component that uses it, so that none is missed on the way; and Deterministic() changes
 // only the threads. (shared_options_test.cc shows that shared options reach every stage.)
+#include <highwall/frontend/inertial/inertial_odometry.h>
+#include <highwall/frontend/map/measurement_model.h>
 #include <highwall/frontend/system/option_table.h>
 
 #include <cxxabi.h>
@@ -21,11 +23,9 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <highwall/frontend/map/measurement_model.h>
 
 #include "calibration/depth_distortion_estimator.h"
 #include "features/frame_builder.h"
-#include "inertial/inertial_odometry.h"
 #include "local/local_mapper.h"
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"

@@ -221,7 +221,7 @@ TEST_F(SlamSubmapTest, ASessionBesideASavedMapJoinsIt) {
     }
     map.RefreshPoint(point.id, {});
   }
-  SlamSystem slam({.camera = Camera()}, Options(), std::nullopt, std::move(map));
+  SlamSystem slam({.camera = Camera()}, Options(), {.map = std::move(map)});
   int merges = 0;
   slam.SetCallbacks({.on_merge = [&](const LoopReport&) { ++merges; }});
   std::vector<FrameResult> results;

@@ -333,13 +333,14 @@ TEST_F(SlamSystemTest, NoiseIsLearntOnFromAMapThatIsGiven) {
   SlamSystem first(Sensor(), Deterministic({}));
   for (const RgbdImage& image : Images()) first.Track(image);
   first.Finish();
-  const SlamSystem blank(Sensor()), again(Sensor(), {}, std::nullopt, first.map().Clone());
+  const SlamSystem blank(Sensor()), again(Sensor(), {}, {.map = first.map().Clone()});
   const SlamOptions known{.tracker = {.learn_noise = false}};
-  const SlamSystem as_known(Sensor(), known, std::nullopt, first.map().Clone());
+  const SlamSystem as_known(Sensor(), known, {.map = first.map().Clone()});
   // Ten keyframes are added at once, whereas the first system added them one by one: the estimate
   // is on the same side, and at least half as far. Corners of the finest level are many, and more
   // accurate than specified.
-  const double beginning = blank.sensor().noise.point_px[0], learnt = first.sensor().noise.point_px[0];
+  const double beginning = blank.sensor().noise.point_px[0],
+               learnt = first.sensor().noise.point_px[0];
   EXPECT_LT(learnt, 0.95 * beginning);
   EXPECT_LT(again.sensor().noise.point_px[0], 0.5 * (beginning + learnt));
   EXPECT_EQ(as_known.sensor().noise.point_px[0], beginning);
@@ -352,8 +353,9 @@ TEST_F(SlamSystemTest, LocalizingNeedsAMapAndNoImu) {
   first.Track(Images()[0]);
   ImuCalibration imu;
   imu.rate = 200.0;
-  EXPECT_THROW(SlamSystem(Sensor(), options, imu, first.map().Clone()), InvalidArgument);
-  SlamSystem localizing(Sensor(), options, std::nullopt, first.map().Clone());
+  EXPECT_THROW(SlamSystem(Sensor(), options, {.imu = imu, .map = first.map().Clone()}),
+               InvalidArgument);
+  SlamSystem localizing(Sensor(), options, {.map = first.map().Clone()});
   EXPECT_THROW(localizing.AdjustAll(), InvalidArgument);
 }
 

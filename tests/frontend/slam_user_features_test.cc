@@ -8,10 +8,10 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/trajectory_error.h>
+#include <highwall/frontend/features/orb_extractor.h>
 #include <highwall/frontend/system/slam_system.h>
 #include <simulate/scenes/room.h>
 
-#include "features/orb_extractor.h"
 #include "support/message_of.h"
 #include "support/rendered_walk.h"
 #include "support/temporary_directory.h"
@@ -105,13 +105,13 @@ TEST_F(SlamUserFeaturesTest, SiftTracksClosesTheLoopAndItsMapIsGoneOnIn) {
   Map loaded = LoadMap(folder.path() / "sift.hwmap").map;
   EXPECT_EQ(loaded.feature_type().name, "sift");
   const std::string message = testing::MessageOf<InvalidArgument>(
-      [&] { SlamSystem(Sensor(), Options(PointDetector::kOrb), std::nullopt, loaded.Clone()); });
+      [&] { SlamSystem(Sensor(), Options(PointDetector::kOrb), {.map = loaded.Clone()}); });
   EXPECT_EQ(message,
             "SlamSystem: the points of the map are by sift, those of its images would be by orb");
   SlamOptions localize = Options(PointDetector::kSift);
   localize.localize_only = true;
   localize.loops.enabled = false;
-  SlamSystem again(Sensor(), localize, std::nullopt, std::move(loaded));
+  SlamSystem again(Sensor(), localize, {.map = std::move(loaded)});
   EXPECT_LE(Walk(again, 40, 60), 1);
   // The comparison is in the frame of the map, which differs from that of the truth: both runs are
   // compared.
@@ -125,7 +125,7 @@ TEST_F(SlamUserFeaturesTest, AMapIsGoneOnInWithThePyramidThatItWasMadeWith) {
   map.AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
   const auto refusal = [&](const Map& given, const FrameBuilderOptions& frame) {
     return testing::MessageOf<InvalidArgument>(
-        [&] { SlamSystem(Sensor(), {.frame = frame}, std::nullopt, given.Clone()); });
+        [&] { SlamSystem(Sensor(), {.frame = frame}, {.map = given.Clone()}); });
   };
   FrameBuilderOptions coarse;
   coarse.orb.pyramid = {.levels = 4, .scale_factor = 1.5};
@@ -141,7 +141,7 @@ TEST_F(SlamUserFeaturesTest, AMapThatDoesNotSayItsPyramidIsTaken) {
   map.AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
   FrameBuilderOptions coarse;
   coarse.orb.pyramid.levels = 4;
-  const SlamSystem slam(Sensor(), {.frame = coarse}, std::nullopt, std::move(map));
+  const SlamSystem slam(Sensor(), {.frame = coarse}, {.map = std::move(map)});
   EXPECT_EQ(slam.map().feature_type().pyramid.levels, 4);
 }
 
@@ -165,8 +165,7 @@ class Reusing final : public PointExtractor {
 TEST_F(SlamUserFeaturesTest, AnExtractorMayUseTheMemoryOfItsDescriptorsAgain) {
   constexpr std::size_t kFrames = 10;
   SlamSystem built_in(Sensor(), Options(PointDetector::kOrb));
-  SlamSystem given(Sensor(), Options(PointDetector::kOrb), std::nullopt, {},
-                   std::make_shared<Reusing>());
+  SlamSystem given(Sensor(), Options(PointDetector::kOrb), {.points = std::make_shared<Reusing>()});
   EXPECT_EQ(Walk(built_in, 0, kFrames), 0);
   EXPECT_EQ(Walk(given, 0, kFrames), 0);
   const Map &a = built_in.map(), &b = given.map();
@@ -183,8 +182,8 @@ TEST_F(SlamUserFeaturesTest, AnExtractorMayUseTheMemoryOfItsDescriptorsAgain) {
 TEST_F(SlamUserFeaturesTest, OrbThatIsGivenGivesTheSameBitForBit) {
   constexpr std::size_t kFrames = 30;
   SlamSystem built_in(Sensor(), Options(PointDetector::kOrb));
-  SlamSystem given(Sensor(), Options(PointDetector::kOrb), std::nullopt, {},
-                   std::make_shared<OrbExtractor>());
+  SlamSystem given(Sensor(), Options(PointDetector::kOrb),
+                   {.points = std::make_shared<OrbExtractor>()});
   EXPECT_EQ(Walk(built_in, 0, kFrames), 0);
   EXPECT_EQ(Walk(given, 0, kFrames), 0);
   const Trajectory a = built_in.trajectory(), b = given.trajectory();
@@ -194,8 +193,8 @@ TEST_F(SlamUserFeaturesTest, OrbThatIsGivenGivesTheSameBitForBit) {
 
 TEST_F(SlamUserFeaturesTest, AnExtractorOfTheUsersIsTracked) {
   constexpr std::size_t kFrames = 60;
-  SlamSystem slam(Sensor(), Options(PointDetector::kOrb), std::nullopt, {},
-                  std::make_shared<BriskPoints>());
+  SlamSystem slam(Sensor(), Options(PointDetector::kOrb),
+                  {.points = std::make_shared<BriskPoints>()});
   EXPECT_EQ(Walk(slam, 0, kFrames), 0);
   EXPECT_EQ(slam.map().feature_type().name, "brisk");
   EXPECT_EQ(slam.trajectory().size(), kFrames);
@@ -211,7 +210,7 @@ TEST_F(SlamUserFeaturesTest, WhatAnExtractorThrowsComesOutOfTrack) {
    private:
     FeatureType kind_{.name = "broken"};
   };
-  SlamSystem slam(Sensor(), {}, std::nullopt, {}, std::make_shared<Broken>());
+  SlamSystem slam(Sensor(), {}, {.points = std::make_shared<Broken>()});
   EXPECT_EQ(testing::MessageOf<std::runtime_error>([&] { slam.Track(walk_->images[0]); }),
             "no battery");
 }

@@ -1,3 +1,5 @@
+#include <highwall/frontend/inertial/inertial_odometry.h>
+
 #include "inertial/tight_coupling.h"
 
 #include <chrono>
@@ -7,7 +9,6 @@
 
 #include <gtest/gtest.h>
 
-#include "inertial/inertial_odometry.h"
 #include "mapped_place.h"
 
 namespace highwall::tight_coupling_test {

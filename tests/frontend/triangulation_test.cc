@@ -5,8 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <highwall/frontend/local/triangulation.h>
+
 #include "local/depthless_points.h"
-#include "local/triangulation.h"
 #include "map/epipolar_matcher.h"
 #include "support/synthetic_scene.h"
 

@@ -1,3 +1,10 @@
+#include <highwall/core/error.h>
+#include <highwall/core/manifolds.h>
+#include <highwall/core/prior.h>
+#include <highwall/core/relative_pose.h>
+#include <highwall/core/testing/jacobian_check.h>
+#include <highwall/frontend/local/bundle_adjustment.h>
+#include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/user_factors.h>
 
 #include <algorithm>
@@ -8,14 +15,6 @@
 #include <ceres/sized_cost_function.h>
 #include <gtest/gtest.h>
 
-#include <highwall/core/error.h>
-#include <highwall/core/manifolds.h>
-#include <highwall/core/prior.h>
-#include <highwall/core/relative_pose.h>
-#include <highwall/core/testing/jacobian_check.h>
-#include <highwall/frontend/map/map.h>
-
-#include "local/bundle_adjustment.h"
 #include "map/anchored_cost.h"
 #include "support/id_literals.h"
 #include "support/position_in_frame.h"

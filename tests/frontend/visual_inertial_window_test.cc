@@ -12,9 +12,9 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
+#include <highwall/frontend/map/seen_landmarks.h>
 
 #include "inertial_scene.h"
-#include "map/seen_landmarks.h"
 #include "mapped_place.h"
 
 namespace highwall::visual_inertial_window_test {

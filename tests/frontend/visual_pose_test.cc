@@ -1,9 +1,10 @@
-#include "inertial/visual_pose.h"
 
 #include <random>
 
 #include <gtest/gtest.h>
 #include <Eigen/Eigenvalues>
+
+#include <highwall/frontend/inertial/visual_pose.h>
 
 #include "support/synthetic_scene.h"
 #include "tracking/tracker.h"

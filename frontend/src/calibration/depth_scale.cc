@@ -1,4 +1,10 @@
+#include <highwall/core/error.h>
+#include <highwall/core/factor_graph.h>
+#include <highwall/core/prior.h>
+#include <highwall/factors/imu_factor.h>
+#include <highwall/factors/scaled_motion.h>
 #include <highwall/frontend/calibration/depth_scale.h>
+#include <highwall/frontend/local/bundle_adjustment.h>
 
 #include <algorithm>
 #include <cmath>
@@ -6,14 +12,6 @@
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <highwall/core/error.h>
-#include <highwall/core/factor_graph.h>
-#include <highwall/core/prior.h>
-#include <highwall/factors/imu_factor.h>
-#include <highwall/factors/scaled_motion.h>
-
-#include "local/bundle_adjustment.h"
 
 namespace highwall {
 namespace {

@@ -6,6 +6,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/features/line_extractor.h>
 #include <highwall/frontend/features/options.h>
 #include <highwall/frontend/features/point_extractor.h>
 #include <highwall/frontend/input/dataset.h>
@@ -13,7 +14,6 @@
 
 #include "features/depth_grid.h"
 #include "features/descriptor_bits.h"
-#include "features/line_extractor.h"
 
 namespace highwall {
 

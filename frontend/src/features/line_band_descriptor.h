@@ -3,8 +3,9 @@
 #include <array>
 #include <cstdint>
 
+#include <highwall/frontend/features/line_extractor.h>
+
 #include "features/image_gradient.h"
-#include "features/line_extractor.h"
 
 namespace highwall::internal {
 

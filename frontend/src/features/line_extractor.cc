@@ -1,4 +1,4 @@
-#include "features/line_extractor.h"
+#include <highwall/frontend/features/line_extractor.h>
 
 #include <algorithm>
 #include <cmath>

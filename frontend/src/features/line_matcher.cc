@@ -1,4 +1,4 @@
-#include "features/line_matcher.h"
+#include <highwall/frontend/features/line_matcher.h>
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,9 @@
 
 #include <vector>
 
+#include <highwall/frontend/features/line_extractor.h>
+
 #include "features/image_gradient.h"
-#include "features/line_extractor.h"
 
 namespace highwall::internal {
 

@@ -1,6 +1,6 @@
 #include <highwall/frontend/features/make_point_extractor.h>
+#include <highwall/frontend/features/orb_extractor.h>
 
-#include "features/orb_extractor.h"
 #include "features/sift_extractor.h"
 
 namespace highwall {

@@ -1,4 +1,4 @@
-#include "features/orb_extractor.h"
+#include <highwall/frontend/features/orb_extractor.h>
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "features/orb_matcher.h"
+#include <highwall/frontend/features/orb_matcher.h>
 
 #include <algorithm>
 #include <bit>

@@ -7,10 +7,9 @@
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/features/line_extractor.h>
 #include <highwall/frontend/features/options.h>
 #include <highwall/frontend/input/sensor.h>
-
-#include "features/line_extractor.h"
 
 namespace highwall {
 

@@ -7,10 +7,10 @@
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/inertial/options.h>
+#include <highwall/frontend/inertial/visual_pose.h>
 #include <highwall/frontend/input/sensor.h>
 
 #include "inertial/inertial_prior.h"
-#include "inertial/visual_pose.h"
 
 namespace highwall {
 

@@ -1,4 +1,4 @@
-#include "inertial/inertial_odometry.h"
+#include <highwall/frontend/inertial/inertial_odometry.h>
 
 #include "inertial/inertial_odometry_impl.h"
 

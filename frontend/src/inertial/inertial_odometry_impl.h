@@ -6,12 +6,12 @@
 #include <utility>
 
 #include <highwall/core/trajectory.h>
+#include <highwall/frontend/features/twist.h>
+#include <highwall/frontend/inertial/inertial_odometry.h>
 #include <highwall/internal/background_job.h>
 
-#include <highwall/frontend/features/twist.h>
 #include "inertial/imu_weighting.h"
 #include "inertial/inertial_initializer.h"
-#include "inertial/inertial_odometry.h"
 #include "inertial/inertial_window.h"
 #include "inertial/tight_coupling.h"
 #include "inertial/visual_rest.h"

@@ -10,10 +10,10 @@
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/inertial/inertial_report.h>
+#include <highwall/frontend/inertial/visual_pose.h>
 #include <highwall/frontend/input/sensor.h>
 
 #include "inertial/inertial_prior.h"
-#include "inertial/visual_pose.h"
 
 namespace highwall {
 

@@ -3,9 +3,9 @@
 #include <optional>
 
 #include <highwall/core/pose.h>
+#include <highwall/frontend/inertial/visual_pose.h>
 
 #include "inertial/inertial_prior.h"
-#include "inertial/visual_pose.h"
 
 namespace highwall {
 

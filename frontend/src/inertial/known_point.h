@@ -5,8 +5,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/point_in_frame.h>
 #include <highwall/frontend/map/measurement_model.h>
-
-#include "map/seen_landmarks.h"
+#include <highwall/frontend/map/seen_landmarks.h>
 
 namespace highwall {
 

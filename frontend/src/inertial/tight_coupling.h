@@ -10,14 +10,14 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/inertial/options.h>
+#include <highwall/frontend/inertial/visual_pose.h>
 #include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/map/seen_landmarks.h>
 #include <highwall/internal/background_job.h>
 
 #include "inertial/inertial_prior.h"
 #include "inertial/visual_inertial_window.h"
-#include "inertial/visual_pose.h"
-#include "map/seen_landmarks.h"
 
 namespace highwall {
 

@@ -21,9 +21,9 @@
 #include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/map/map_ids.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/map/seen_landmarks.h>
 
 #include "inertial/inertial_prior.h"
-#include "map/seen_landmarks.h"
 
 namespace highwall {
 

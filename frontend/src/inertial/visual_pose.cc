@@ -1,4 +1,4 @@
-#include "inertial/visual_pose.h"
+#include <highwall/frontend/inertial/visual_pose.h>
 
 #include <algorithm>
 #include <cmath>

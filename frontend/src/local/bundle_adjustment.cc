@@ -1,4 +1,4 @@
-#include "local/bundle_adjustment.h"
+#include <highwall/frontend/local/bundle_adjustment.h>
 
 #include <algorithm>
 #include <atomic>
@@ -15,9 +15,9 @@
 #include <highwall/core/line3.h>
 #include <highwall/core/prior.h>
 #include <highwall/factors/imu_factor.h>
+#include <highwall/frontend/pose/pose_solver.h>
 
 #include "map/anchored_cost.h"
-#include "pose/pose_solver.h"
 
 namespace highwall {
 namespace {

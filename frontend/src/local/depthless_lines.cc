@@ -4,8 +4,9 @@
 #include <cstddef>
 #include <utility>
 
+#include <highwall/frontend/local/line_triangulation.h>
+
 #include "local/agreeing_views.h"
-#include "local/line_triangulation.h"
 #include "map/epipolar_line_matcher.h"
 
 namespace highwall {

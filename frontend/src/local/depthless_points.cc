@@ -5,8 +5,9 @@
 #include <optional>
 #include <utility>
 
+#include <highwall/frontend/local/triangulation.h>
+
 #include "local/agreeing_views.h"
-#include "local/triangulation.h"
 #include "map/epipolar_matcher.h"
 
 namespace highwall {

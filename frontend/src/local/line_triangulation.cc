@@ -1,4 +1,4 @@
-#include "local/line_triangulation.h"
+#include <highwall/frontend/local/line_triangulation.h>
 
 #include <algorithm>
 #include <array>
@@ -10,8 +10,7 @@
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
-
-#include "pose/pose_solver.h"
+#include <highwall/frontend/pose/pose_solver.h>
 
 namespace highwall {
 namespace {

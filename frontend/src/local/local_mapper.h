@@ -7,12 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include <highwall/frontend/local/bundle_adjustment.h>
 #include <highwall/frontend/local/options.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/measurement_model.h>
 
-#include "local/bundle_adjustment.h"
 #include "local/corner_refiner.h"
 #include "map/map_matcher.h"
 #include "tracking/tracked_frame.h"

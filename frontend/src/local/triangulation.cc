@@ -1,4 +1,4 @@
-#include "local/triangulation.h"
+#include <highwall/frontend/local/triangulation.h>
 
 #include <algorithm>
 #include <cmath>

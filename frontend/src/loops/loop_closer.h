@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
+#include <highwall/frontend/local/bundle_adjustment.h>
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/measurement_model.h>
 #include <highwall/internal/background_job.h>
 
-#include "local/bundle_adjustment.h"
 #include "loops/loop_correction.h"
 #include "loops/loop_detector.h"
 #include "map/map_edit.h"

@@ -1,14 +1,13 @@
+#include <highwall/core/error.h>
+#include <highwall/frontend/local/bundle_adjustment.h>
 #include <highwall/frontend/loops/merge_maps.h>
+#include <highwall/frontend/map/feature_type_mismatch.h>
+#include <highwall/frontend/map/measurement_model.h>
 
 #include <algorithm>
 #include <set>
 #include <utility>
 
-#include <highwall/core/error.h>
-#include <highwall/frontend/map/feature_type_mismatch.h>
-#include <highwall/frontend/map/measurement_model.h>
-
-#include "local/bundle_adjustment.h"
 #include "loops/loop_closer.h"
 #include "map/add_map.h"
 

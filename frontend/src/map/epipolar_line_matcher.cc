@@ -7,7 +7,8 @@
 
 #include <Eigen/Geometry>
 
-#include "features/orb_matcher.h"
+#include <highwall/frontend/features/orb_matcher.h>
+
 #include "map/best_pairs.h"
 
 namespace highwall {

@@ -5,7 +5,8 @@
 #include <cstddef>
 #include <optional>
 
-#include "features/orb_matcher.h"
+#include <highwall/frontend/features/orb_matcher.h>
+
 #include "map/best_pairs.h"
 
 namespace highwall {

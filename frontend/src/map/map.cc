@@ -1,3 +1,7 @@
+#include <highwall/core/error.h>
+#include <highwall/factors/imu_preintegration.h>
+#include <highwall/frontend/features/orb_matcher.h>
+#include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/map/map.h>
 
 #include <algorithm>
@@ -6,12 +10,6 @@
 #include <cstring>
 #include <limits>
 #include <unordered_map>
-
-#include <highwall/core/error.h>
-#include <highwall/factors/imu_preintegration.h>
-#include <highwall/frontend/map/keyframe_index.h>
-
-#include "features/orb_matcher.h"
 
 namespace highwall {
 namespace {

@@ -11,9 +11,9 @@
 #include <highwall/core/pose.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/map_report.h>
+#include <highwall/frontend/map/outlier_observations.h>
 
 #include "map/landmark_fusion.h"
-#include "map/outlier_observations.h"
 
 namespace highwall {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "features/line_matcher.h"
+#include <highwall/frontend/features/line_matcher.h>
 
 namespace highwall {
 

@@ -1,4 +1,4 @@
-#include "map/outlier_observations.h"
+#include <highwall/frontend/map/outlier_observations.h>
 
 namespace highwall {
 

@@ -5,8 +5,7 @@
 #include <limits>
 
 #include <highwall/core/error.h>
-
-#include "features/orb_matcher.h"
+#include <highwall/frontend/features/orb_matcher.h>
 
 namespace highwall {
 namespace {

@@ -1,4 +1,4 @@
-#include "map/seen_landmarks.h"
+#include <highwall/frontend/map/seen_landmarks.h>
 
 #include <cstddef>
 #include <set>

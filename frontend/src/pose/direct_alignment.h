@@ -9,9 +9,9 @@
 #include <highwall/factors/depth_noise.h>
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/pose/options.h>
+#include <highwall/frontend/pose/pose_constraint.h>
 
 #include "features/depth_grid.h"
-#include "pose/pose_constraint.h"
 
 namespace highwall {
 

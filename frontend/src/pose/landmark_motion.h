@@ -5,8 +5,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/rgbd_projection.h>
 #include <highwall/frontend/pose/options.h>
-
-#include "pose/pose_solver.h"
+#include <highwall/frontend/pose/pose_solver.h>
 
 namespace highwall {
 

@@ -5,8 +5,7 @@
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
-
-#include "pose/pose_solver.h"
+#include <highwall/frontend/pose/pose_solver.h>
 
 namespace highwall {
 

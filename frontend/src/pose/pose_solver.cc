@@ -1,4 +1,4 @@
-#include "pose/pose_solver.h"
+#include <highwall/frontend/pose/pose_solver.h>
 
 #include <algorithm>
 #include <cmath>

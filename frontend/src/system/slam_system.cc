@@ -6,13 +6,9 @@
 
 namespace highwall {
 
-SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options)
-    : SlamSystem(sensor, options, std::nullopt) {}
-
-SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
-                       const std::optional<ImuCalibration>& imu, Map map,
-                       std::shared_ptr<PointExtractor> points)
-    : impl_(std::make_unique<Impl>(sensor, options, imu, std::move(map), std::move(points))) {}
+SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options, SlamInputs inputs)
+    : impl_(std::make_unique<Impl>(sensor, options, inputs.imu, std::move(inputs.map),
+                                   std::move(inputs.points))) {}
 
 SlamSystem::~SlamSystem() = default;
 SlamSystem::SlamSystem(SlamSystem&&) noexcept = default;

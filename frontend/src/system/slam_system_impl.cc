@@ -13,12 +13,12 @@
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/features/depth_correction.h>
 #include <highwall/frontend/map/feature_type_mismatch.h>
+#include <highwall/frontend/map/seen_landmarks.h>
 #include <highwall/internal/stopwatch.h>
 
 #include "features/row_times.h"
 #include "input/depth_unit.h"
 #include "map/covisibility.h"
-#include "map/seen_landmarks.h"
 
 namespace highwall {
 namespace {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include <highwall/frontend/inertial/inertial_odometry.h>
 #include <highwall/frontend/input/repeated_image.h>
 #include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/map.h>
@@ -16,7 +17,6 @@
 
 #include "calibration/depth_distortion_estimator.h"
 #include "features/frame_builder.h"
-#include "inertial/inertial_odometry.h"
 #include "local/local_mapper.h"
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"

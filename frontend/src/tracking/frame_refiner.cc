@@ -7,9 +7,10 @@
 #include <stop_token>
 #include <utility>
 
+#include <highwall/frontend/pose/pose_solver.h>
+
 #include "features/corrected_depth.h"
 #include "map/map_matcher.h"
-#include "pose/pose_solver.h"
 #include "pose/support.h"
 #include "tracking/constant_velocity.h"
 #include "tracking/landmark_observations.h"

@@ -6,12 +6,11 @@
 
 #include <highwall/core/pose.h>
 #include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/features/line_matcher.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/pose/pose_solver.h>
 #include <highwall/frontend/tracking/options.h>
-
-#include "features/line_matcher.h"
-#include "pose/pose_solver.h"
 
 namespace highwall {
 

@@ -8,12 +8,12 @@
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/pose/pose_solver.h>
 #include <highwall/frontend/tracking/options.h>
 
 #include "map/map_matcher.h"
 #include "pose/degeneracy.h"
 #include "pose/direct_alignment.h"
-#include "pose/pose_solver.h"
 #include "pose/surface_matcher.h"
 #include "sensor/frame_timing_estimator.h"
 #include "sensor/noise_estimator.h"
@@ -116,7 +116,7 @@ class Tracker {
     void CountObservations(Map& map) const;
   };
   // Finds the pose of a frame: from the last one, by relocalization, with surfaces as a fallback
-  // constraint, or by direct alignment. diagnostics: diagnostics of what failed.
+  // constraint, or by direct alignment. diagnostics: why there is none.
   std::optional<LocalMatch> Find(const Frame& frame, const Map& map,
                                  const PoseConstraint* predicted,
                                  TrackingDiagnostics* diagnostics) const;

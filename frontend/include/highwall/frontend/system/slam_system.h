@@ -153,6 +153,19 @@ struct SubmapTrajectory {
 // unless the next frame is consistent with it (SlamSystem::Track).
 inline constexpr double kLongestPause = 86'400.0;
 
+// What a SlamSystem may be given in addition to the sensor.
+struct SlamInputs {
+  // If given, every reading until some 50 ms after an image must be passed to AddImu() before that
+  // image.
+  std::optional<ImuCalibration> imu{};
+  // Of the same camera, to continue in (LoadMap); tracking is lost until a frame is relocalized.
+  Map map{};
+  // A user-defined PointExtractor (docs/user_features.md) instead of
+  // FrameBuilderOptions::point_detector; the points of a given map must have the same
+  // FeatureType::name and the same pyramid.
+  std::shared_ptr<PointExtractor> points{};
+};
+
 // Point-line RGB-D(-inertial) SLAM: takes images and IMU readings, returns poses and keyframes.
 // Local adjustments and loop closures are computed on threads of their own and applied between
 // frames (SlamOptions::mapper, loops; Deterministic()).
@@ -165,17 +178,9 @@ inline constexpr double kLongestPause = 86'400.0;
 // overlaps an older one, the two are merged by a loop closure.
 class SlamSystem {
  public:
-  // Throws InvalidArgument for bad options.
-  SlamSystem(const RgbdSensor& sensor, const SlamOptions& options = {});
-  // imu: if given, every reading until some 50 ms after an image must be passed to AddImu() before
-  // that image. map: of the same camera, to continue in (LoadMap); tracking is lost until a frame
-  // is relocalized. points: a user-defined PointExtractor (docs/user_features.md) instead of
-  // FrameBuilderOptions::point_detector; the points of a given map must have the same
-  // FeatureType::name and the same pyramid. Throws InvalidArgument also if localize_only is
-  // combined with an IMU or with no map.
-  SlamSystem(const RgbdSensor& sensor, const SlamOptions& options,
-             const std::optional<ImuCalibration>& imu, Map map = {},
-             std::shared_ptr<PointExtractor> points = nullptr);
+  // Throws InvalidArgument for bad options, and if localize_only is combined with an IMU or with no
+  // map.
+  SlamSystem(const RgbdSensor& sensor, const SlamOptions& options = {}, SlamInputs inputs = {});
   // Cancels unfinished work on other threads.
   ~SlamSystem();
   SlamSystem(SlamSystem&&) noexcept;

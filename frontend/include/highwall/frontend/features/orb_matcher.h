@@ -10,7 +10,7 @@
 #include <highwall/core/abi.h>
 #include <highwall/frontend/features/frame.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A match of row `query` of one feature set with row `train` of another.
 struct FeatureMatch {

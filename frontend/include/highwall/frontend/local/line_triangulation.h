@@ -11,7 +11,7 @@
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/measurement_model.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A segment, undistorted, and the pose of its camera.
 struct LineView {

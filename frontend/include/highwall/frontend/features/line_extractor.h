@@ -10,7 +10,7 @@
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/features/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Row i of `descriptors` (N x 32, CV_8U: 256 bits, Hamming distance) belongs to segment i.
 struct LineFeatures {

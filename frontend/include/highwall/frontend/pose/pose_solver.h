@@ -13,10 +13,9 @@
 #include <highwall/factors/rgbd_projection.h>
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/pose/options.h>
+#include <highwall/frontend/pose/pose_constraint.h>
 
-#include "pose/pose_constraint.h"
-
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A known world point and the rows of its observation; rows beyond `dimension` are zero.
 struct PosePoint {

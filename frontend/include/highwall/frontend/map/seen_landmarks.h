@@ -12,7 +12,7 @@
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/map_ids.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Observation of a landmark by a keyframe of the map.
 template <class Feature>

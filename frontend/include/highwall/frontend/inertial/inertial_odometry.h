@@ -12,14 +12,13 @@
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/inertial/inertial_report.h>
 #include <highwall/frontend/inertial/options.h>
+#include <highwall/frontend/inertial/visual_pose.h>
 #include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/map/seen_landmarks.h>
+#include <highwall/frontend/pose/pose_constraint.h>
 
-#include "inertial/visual_pose.h"
-#include "map/seen_landmarks.h"
-#include "pose/pose_constraint.h"
-
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Fuses the map observations of images with an IMU: initialization, a sliding window of states, the
 // weight of the IMU, the time offset, dead reckoning while images give no pose.

@@ -4,12 +4,11 @@
 
 #include <Eigen/Core>
 
+#include <highwall/frontend/features/line_extractor.h>
 #include <highwall/frontend/features/options.h>
+#include <highwall/frontend/features/orb_matcher.h>
 
-#include "features/line_extractor.h"
-#include "features/orb_matcher.h"
-
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Difference a - b of two directions of undirected lines [rad], in [-pi/2, pi/2).
 double LineAngleDifference(double a, double b);

@@ -7,7 +7,7 @@
 #include <highwall/frontend/features/options.h>
 #include <highwall/frontend/features/point_extractor.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Oriented FAST corners with rotated BRIEF descriptors (Rublee, Rabaud, Konolige, Bradski 2011) on
 // a scale pyramid, spread evenly over the image: weak corners where there are no strong ones, and

@@ -5,7 +5,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/frontend/inertial/options.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Camera pose from an image, as a Gaussian in the tangent of PoseManifold at T_WC.
 struct VisualPose {

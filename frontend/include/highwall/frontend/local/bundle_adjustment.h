@@ -8,10 +8,9 @@
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/map/outlier_observations.h>
 
-#include "map/outlier_observations.h"
-
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Minimizes the reprojection errors of `free` and `fixed` over the keyframes of `free` and every
 // point and line that they observe, and removes the observations that remain outliers. Lines use

@@ -9,7 +9,7 @@
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/measurement_model.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A corner and the pose of its camera.
 struct PointView {

@@ -5,7 +5,7 @@
 
 #include <highwall/frontend/map/map.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Observations of landmarks classified as outliers by an adjustment.
 struct OutlierObservations {

@@ -8,7 +8,7 @@
 
 #include <highwall/frontend/features/twist.h>
 
-namespace highwall {
+namespace [[gnu::visibility("default")]] highwall {
 
 // A prior on a pose from another source: rows W (T_WC [-] T_WC_0), as PosePrior.
 struct PoseConstraint {
