@@ -116,7 +116,8 @@ void ExpectSound(const SlamSystem& system, const std::vector<FrameResult>& resul
 class FaultRun {
  public:
   explicit FaultRun(unsigned seed)
-      : rng_(seed), system_({.camera = TinyCamera()}, LightOptions(), Walk().calibration) {}
+      : rng_(seed),
+        system_({.camera = TinyCamera()}, LightOptions(), {.imu = Walk().calibration}) {}
 
   void Run(const std::vector<ImuSample>& readings, const std::vector<RgbdImage>& images) {
     std::size_t next = 0;

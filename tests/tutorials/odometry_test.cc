@@ -36,7 +36,7 @@ class Odometry {
                        MeasurementModel::Dimension(o.feature)});
     }
     if (started_) {
-      const auto solution = SolvePose(T_WC_, model_.projection(), known);
+      const auto solution = SolvePose(T_WC_, model_.projection(), known, {});
       if (!solution) return std::nullopt;
       T_WC_ = solution->T_WC;
     }
