@@ -24,6 +24,7 @@ struct FeatureMatch {
 // Returns the number of differing bits of two descriptors of 32 bytes, in [0, 256].
 int HammingDistance(const std::uint8_t* a, const std::uint8_t* b);
 
+// Options of MatchDescriptors.
 struct OrbMatcherOptions {
   int max_distance = 64;  // [bit] between matched descriptors, [0, 256]
   double ratio = 0.8;     // best < ratio x second best, (0, 1]; 1 turns the test off

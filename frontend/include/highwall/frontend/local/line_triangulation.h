@@ -28,6 +28,7 @@ struct LineInView {
   Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();     // of both, in this order
 };
 
+// Result of TriangulateLine.
 struct TriangulatedLine {
   Segment3 segment_W;  // [m] as observed by the first view
   LineInView seen;     // in the first view; the covariance includes the segments' noise alone

@@ -17,6 +17,7 @@ struct PointView {
   PointFeature feature;
 };
 
+// Result of TriangulatePoint.
 struct TriangulatedPoint {
   Eigen::Vector3d p_W;         // [m]
   Eigen::Matrix3d covariance;  // [m^2] of p_W, from the noise of the features alone

@@ -26,6 +26,7 @@ struct PlaceScore {
 // is nothing to train, and memory is 8 bytes per descriptor and table.
 class DescriptorTables {
  public:
+  // A descriptor of a bucket: its keyframe and its signature.
   struct Posting {
     KeyFrameId keyframe;
     std::uint32_t signature;

@@ -21,13 +21,14 @@ struct MapView {
   const Feature* feature = nullptr;
 };
 
-// A landmark observed by an image, and its observations by the latest keyframes of the map.
+// A point observed by an image, and its observations by the latest keyframes of the map.
 struct SeenPoint {
   PointId id = kNoId;
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
   const PointFeature* feature = nullptr;
   std::vector<MapView<PointFeature>> views;
 };
+// The same of a line.
 struct SeenLine {
   LineId id = kNoId;
   Segment3 segment_W;
@@ -43,7 +44,7 @@ struct SeenLandmarks {
   double error = 1.0;  // |r|^2 per degree of freedom over all observations at the pose of the image
 };
 
-// points, lines: landmarks of the features, kNoId if unmatched; as in TrackedFrame.
+// Returns the landmarks that an image observes. points, lines: those of the features, kNoId if unmatched; as in TrackedFrame.
 SeenLandmarks FindSeen(const Map& map, const std::shared_ptr<const FrameFeatures>& features,
                        std::span<const PointId> points, std::span<const LineId> lines,
                        double error);

@@ -35,6 +35,7 @@ struct PoseLine {
   NoiseFactors noise{};  // of the feature
 };
 
+// Result of SolvePose.
 struct PoseSolution {
   Pose T_WC;
   // From the inliers' rows alone, without the prior: J^T J and J^T r at T_WC, in the tangent of
