@@ -211,30 +211,30 @@ TEST(InertialOdometry, ReadingsAtTheEndOfTheRangeCountForLittleWhereTheRangeIsTo
     return true;
   };
   // Without a known range, saturated readings are trusted, or rejected as a whole.
-  Drive told({.bias = kBias}, {}, Pose(), kRange), untold({.bias = kBias});
-  told.change = untold.change = ends;
-  told.Until(3.9);
-  ASSERT_EQ(told.odometry.status(), InertialStatus::kRunning);
+  Drive informed({.bias = kBias}, {}, Pose(), kRange), uninformed({.bias = kBias});
+  informed.change = uninformed.change = ends;
+  informed.Until(3.9);
+  ASSERT_EQ(informed.odometry.status(), InertialStatus::kRunning);
   double informed_error = 0.0, uninformed_error = 0.0;
   for (double t = 4.0; t < kTo; t += kStep) {
-    told.Until(t);
-    untold.Until(t);
-    informed_error = std::max(informed_error, told.PositionError());
-    uninformed_error = std::max(uninformed_error, untold.PositionError());
-    EXPECT_FALSE(told.reports.back().contradicted) << t;
+    informed.Until(t);
+    uninformed.Until(t);
+    informed_error = std::max(informed_error, informed.PositionError());
+    uninformed_error = std::max(uninformed_error, uninformed.PositionError());
+    EXPECT_FALSE(informed.reports.back().contradicted) << t;
   }
   const auto saturated = [](const Drive& drive) {
     return std::ranges::count_if(drive.reports, &InertialReport::saturated);
   };
-  EXPECT_GE(saturated(told), 5) << "of fifteen";
-  EXPECT_EQ(saturated(untold), 0);
+  EXPECT_GE(saturated(informed), 5) << "of fifteen";
+  EXPECT_EQ(saturated(uninformed), 0);
   // An image is accurate to 2 mm per axis.
   EXPECT_LT(informed_error, 6e-3);
   EXPECT_GT(uninformed_error, 1.5 * informed_error);
-  told.Until(7.0);
-  EXPECT_FALSE(told.reports.back().saturated);
-  EXPECT_LT(told.PositionError(), 3e-3);
-  ExpectBiasWithinItsDeviations(told);
+  informed.Until(7.0);
+  EXPECT_FALSE(informed.reports.back().saturated);
+  EXPECT_LT(informed.PositionError(), 3e-3);
+  ExpectBiasWithinItsDeviations(informed);
 }
 
 TEST(InertialOdometry, AnImageThatLeapsContradictsNoReadings) {
