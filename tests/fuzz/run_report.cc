@@ -1,4 +1,4 @@
-#include <posed_frames.h>
+#include "run/posed_frames.h"
 
 #include "fuzz.h"
 
