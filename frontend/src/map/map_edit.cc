@@ -26,12 +26,12 @@ const Value* At(const std::unordered_map<Id<Tag>, Value>& values, Id<Tag> id) {
 // The moves D_W of all keyframes of the map: x_W <- D_W x_W.
 class Moves {
  public:
-  Moves(const MapEdit& correction, const Map& map) {
+  Moves(const MapEdit& edit, const Map& map) {
     std::unordered_map<SubmapId, Pose> newest;
     for (const KeyFrameId id : map.keyframe_ids()) {
       const KeyFrame& keyframe = *map.keyframe(id);
       Pose& D = newest[map.Root(keyframe.submap)];
-      const Pose* after = At(correction.after.keyframes, id);
+      const Pose* after = At(edit.after.keyframes, id);
       if (after) D = *after * keyframe.T_WC.Inverse();
       moves_.emplace(id, D);
     }
@@ -68,21 +68,21 @@ MapGeometry GeometryOf(const Map& map, SubmapId submap) {
 }
 
 MapEdit AdjustedTo(const Map& map, OutlierObservations outliers, SubmapId submap) {
-  MapEdit correction{.after = GeometryOf(map, submap),
-                     .fusion = {},
-                     .outliers = std::move(outliers),
-                     .gravity_W = map.gravity_W(submap)};
-  for (const auto& [id, pose] : correction.after.keyframes) {
+  MapEdit edit{.after = GeometryOf(map, submap),
+               .fusion = {},
+               .outliers = std::move(outliers),
+               .gravity_W = map.gravity_W(submap)};
+  for (const auto& [id, pose] : edit.after.keyframes) {
     if (const auto& motion = map.keyframe(id)->motion) {
-      correction.motions.emplace(id, BodyMotion{motion->v_WB, motion->bias});
+      edit.motions.emplace(id, BodyMotion{motion->v_WB, motion->bias});
     }
   }
-  return correction;
+  return edit;
 }
 
-void Apply(const MapEdit& correction, Map* map) {
-  const auto& [after, fusion, outliers, merge, motions, gravity_W] = correction;
-  const Moves moves(correction, *map);
+void Apply(const MapEdit& edit, Map* map) {
+  const auto& [after, fusion, outliers, merge, motions, gravity_W] = edit;
+  const Moves moves(edit, *map);
   for (const PointId id : map->point_ids()) {
     MapPoint& point = *map->point(id);
     const Pose D = moves.Of(point.observations);
@@ -119,11 +119,11 @@ void Apply(const MapEdit& correction, Map* map) {
 void MoveKeyFrames(const std::vector<KeyFrameId>& keyframes, const std::vector<Pose>& T_WC,
                    Map* map) {
   HIGHWALL_REQUIRE(keyframes.size() == T_WC.size(), "MoveKeyFrames: a pose for every keyframe");
-  MapEdit correction;
+  MapEdit edit;
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
-    correction.after.keyframes.emplace(keyframes[i], T_WC[i]);
+    edit.after.keyframes.emplace(keyframes[i], T_WC[i]);
   }
-  Apply(correction, map);
+  Apply(edit, map);
 }
 
 }  // namespace highwall
