@@ -134,7 +134,8 @@ TEST(ScaledMotion, SolvingRecoversTheScaleOfKnownBodies) {
   graph.Fix(first);
   for (int i = 0; i < 5; ++i) {
     const Pose truth = RandomPose(rng);
-    const Variable<Pose> body = graph.AddVariable(truth * Pose::FromTangent({0.1, 0, 0.1}, {}));
+    const Variable<Pose> body =
+        graph.AddVariable(truth * Pose::FromTangent({0.1, 0, 0.1}, {0, 0, 0}));
     graph.AddFactor(
         std::make_unique<ScaledMotion>(Seen(Pose(), truth, 0.9615), Matrix6::Identity(), kT_BC),
         first, body, scale);

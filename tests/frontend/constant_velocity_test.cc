@@ -60,7 +60,8 @@ TEST(ConstantVelocity, HalfAStepTwiceIsAStep) {
 TEST(ConstantVelocity, AStampThatRepeatsTellsNoVelocity) {
   ConstantVelocity velocity;
   velocity.Measure(kStep, 0.1);
-  for (const double dt : {0.001, 0.0, -0.1}) velocity.Measure(Pose::FromTangent({1, 0, 0}, {}), dt);
+  for (const double dt : {0.001, 0.0, -0.1})
+    velocity.Measure(Pose::FromTangent({1, 0, 0}, {0, 0, 0}), dt);
   ExpectNear(velocity.Predict(0.1), kStep);
   ExpectNear(velocity.Predict(0.0), Pose());
   ExpectNear(velocity.Predict(-0.1), Pose());

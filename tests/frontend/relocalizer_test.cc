@@ -159,7 +159,7 @@ TEST(RelocalizerOnTiles, RefusesAnotherWallOfTheSameTiles) {
     const Scene known = wall(), other = wall();
     SceneMap scene_map(known);
     scene_map.Add(Look(known, IdealSensor(), Pose()), Pose());
-    const SyntheticView view = Look(other, IdealSensor(), Pose::FromTangent({0.1, 0, 0}, {}));
+    const SyntheticView view = Look(other, IdealSensor(), Pose::FromTangent({0.1, 0, 0}, {0, 0, 0}));
     EXPECT_FALSE(relocalizer.Relocalize(*view.features, scene_map.map)) << seed;
   }
 }
