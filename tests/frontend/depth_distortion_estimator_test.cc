@@ -226,7 +226,7 @@ TEST(DepthDistortionEstimator, WhatIsCancelledIsNotApplied) {
   const double error = walk.Error();
   DepthDistortionEstimator finder(walk.camera, {}, kBundle);
   finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
-  finder.Cancel();
+  finder.Drop();
   EXPECT_FALSE(finder.HasResult());
   EXPECT_FALSE(finder.Finish(&walk.map));
   EXPECT_TRUE(finder.pattern().IsZero());

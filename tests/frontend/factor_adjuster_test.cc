@@ -177,7 +177,7 @@ TEST_F(FactorAdjusterTest, WhatWasCancelledIsDoneAgain) {
   FactorAdjuster adjuster(lockstep, {});
   ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
   const Pose before = map.keyframe(150_kf)->T_WC;
-  adjuster.Cancel();
+  adjuster.Drop();
   EXPECT_FALSE(adjuster.Finish(&map));
   EXPECT_EQ(map.keyframe(150_kf)->T_WC.p(), before.p());
   EXPECT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
@@ -252,7 +252,7 @@ TEST_F(FactorAdjusterTest, WhoCancelsDoesNotWait) {
   FactorAdjuster adjuster({.threads = 1, .background = true}, {});
   ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
   gate->WaitUntilEntered();
-  adjuster.Cancel();
+  adjuster.Drop();
   EXPECT_TRUE(gate->Open()) << "it was waited for";
   EXPECT_FALSE(adjuster.Finish(&map));
   ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));

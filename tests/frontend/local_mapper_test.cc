@@ -472,7 +472,7 @@ TEST_F(LocalMapperTest, WhatIsGivenUpIsNotApplied) {
   const Pose wrong = At(0.1).Plus(error);
   const SyntheticView view = Look(scene, IdealSensor(), At(0.1));
   Insert(mapper, view, Tracked(view, wrong));
-  mapper.Cancel();
+  mapper.Drop();
   EXPECT_FALSE(mapper.HasResult());
   EXPECT_FALSE(mapper.Finish(&map));
   EXPECT_EQ(map.keyframe(1_kf)->T_WC.Matrix(), wrong.Matrix());

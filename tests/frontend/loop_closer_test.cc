@@ -204,7 +204,7 @@ TEST(LoopCloser, OfALoopThatIsGivenUpNothingIsApplied) {
   while (i < scene.size() && !closer.InsertKeyFrame(scene.map, scene.Add(i))) ++i;
   ASSERT_LT(i, scene.size());
   const double before = scene.Rmse();
-  closer.Cancel();
+  closer.Drop();
   EXPECT_FALSE(closer.HasResult());
   EXPECT_TRUE(closer.Finish(&scene.map).empty());
   EXPECT_EQ(scene.Rmse(), before);

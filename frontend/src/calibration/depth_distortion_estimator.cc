@@ -9,6 +9,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/calibration/camera_calibration.h>
+#include <highwall/frontend/local/bundle_adjustment.h>
 
 #include "features/corrected_depth.h"
 #include "map/map_edit.h"
@@ -57,6 +58,7 @@ class DepthDistortionEstimator::Job {
 
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }
+  SubmapId submap() const { return submap_; }
   // To be called once it is done.
   bool HasFound() const { return !found_.IsZero(); }
 
@@ -132,8 +134,7 @@ DepthDistortionEstimator::~DepthDistortionEstimator() = default;
 
 void DepthDistortionEstimator::Begin(const Map& map, const MeasurementModel& model, SubmapId submap,
                                      KeyFrameId given) {
-  if (!job_.IsEmpty() && job_->IsDone() && !job_->HasFound()) job_.Take();
-  if (!options_.enabled || !job_.IsEmpty() || !job_.HasRoom()) return;
+  if (!options_.enabled || !IsIdle() || !job_.HasRoom()) return;
   const std::size_t keyframes = MadeIn(map, submap, given).size();
   if (keyframes < next_) return;
   next_ = static_cast<std::size_t>(std::ceil(kGrowth * static_cast<double>(keyframes)));
@@ -154,7 +155,15 @@ bool DepthDistortionEstimator::Finish(Map* map) {
   return true;
 }
 
-void DepthDistortionEstimator::Cancel() {
+bool DepthDistortionEstimator::IsIdle() const {
+  return job_.IsEmpty() || (job_->IsDone() && !job_->HasFound());
+}
+
+SubmapId DepthDistortionEstimator::submap() const {
+  return IsIdle() ? SubmapId(kNoId) : job_->submap();
+}
+
+void DepthDistortionEstimator::Drop() {
   job_.Cancel();
 }
 

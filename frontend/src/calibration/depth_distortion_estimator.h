@@ -12,18 +12,20 @@
 #include <highwall/frontend/map/measurement_model.h>
 #include <highwall/internal/background_job.h>
 
+#include "map/map_stage.h"
+
 namespace highwall {
 
 // Estimates the depth distortion over the image online, from a growing map (CalibrateCamera), and
 // the map after its correction: features of keyframes, with its whole world adjusted to them.
 // (docs/calibration.md, While tracking)
-class DepthDistortionEstimator {
+class DepthDistortionEstimator final : public MapStage {
  public:
   // camera: with its distortion. bundle: options of the adjustment of a corrected map.
   DepthDistortionEstimator(const PinholeCamera& camera, const DepthPatternOptions& options,
                            const BundleAdjustmentOptions& bundle);
   // Requests a stop of work that has not ended, and waits for it.
-  ~DepthDistortionEstimator();
+  ~DepthDistortionEstimator() override;
   DepthDistortionEstimator(const DepthDistortionEstimator&) = delete;
   DepthDistortionEstimator& operator=(const DepthDistortionEstimator&) = delete;
 
@@ -39,8 +41,10 @@ class DepthDistortionEstimator {
   // corrects the keyframes of this run and moves those of the world to their adjusted poses.
   // Returns whether a pattern was found. Rethrows the exception that ended the work.
   bool Finish(Map* map);
-  // Discards the work in progress, because the map was moved under it. Does not wait.
-  void Cancel();
+  // A finished search that found nothing counts as idle.
+  bool IsIdle() const override;
+  SubmapId submap() const override;
+  void Drop() override;
 
  private:
   class Job;

@@ -43,12 +43,14 @@ int Between(KeyFrameId older, KeyFrameId newer) {
 // The adjustment around a keyframe, synchronous or on a thread of its own.
 class LocalMapper::Adjustment {
  public:
-  Adjustment(KeyFrameId keyframe, std::unique_ptr<BundleAdjuster> bundle, bool background)
-      : keyframe_(keyframe),
+  Adjustment(const KeyFrame& keyframe, std::unique_ptr<BundleAdjuster> bundle, bool background)
+      : keyframe_(keyframe.id),
+        submap_(keyframe.submap),
         bundle_(std::move(bundle)),
         task_(background, [this](const std::stop_token& stop) { bundle_->Solve(stop); }) {}
 
   KeyFrameId keyframe() const { return keyframe_; }
+  SubmapId submap() const { return submap_; }
   bool IsDone() const { return task_.IsDone(); }
   void Cancel() { task_.Cancel(); }
   // Waits for the end. Rethrows the exception that ended the work.
@@ -59,6 +61,7 @@ class LocalMapper::Adjustment {
 
  private:
   const KeyFrameId keyframe_;
+  const SubmapId submap_;
   const std::unique_ptr<BundleAdjuster> bundle_;
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
@@ -128,7 +131,11 @@ std::optional<BundleAdjustmentReport> LocalMapper::Finish(Map* map) {
   return report;
 }
 
-void LocalMapper::Cancel() {
+SubmapId LocalMapper::submap() const {
+  return adjustment_ ? adjustment_->submap() : SubmapId(kNoId);
+}
+
+void LocalMapper::Drop() {
   adjustment_.reset();
 }
 
@@ -267,7 +274,7 @@ void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
     if (std::find(free.begin(), free.end(), observer) == free.end()) fixed.push_back(observer);
   }
   adjustment_ = std::make_unique<Adjustment>(
-      id, std::make_unique<BundleAdjuster>(map, model_, free, fixed, options_.bundle),
+      *map.keyframe(id), std::make_unique<BundleAdjuster>(map, model_, free, fixed, options_.bundle),
       options_.background);
 }
 

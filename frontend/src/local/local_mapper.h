@@ -15,6 +15,7 @@
 
 #include "local/corner_refiner.h"
 #include "map/map_matcher.h"
+#include "map/map_stage.h"
 #include "tracking/tracked_frame.h"
 
 namespace highwall {
@@ -22,12 +23,12 @@ namespace highwall {
 // Extends and cleans the map, one keyframe at a time: landmarks from depth, fusion with those of
 // neighbouring keyframes, culling, local bundle adjustment. (Xiao et al. 2025, figure 2, local
 // mapping.)
-class LocalMapper {
+class LocalMapper final : public MapStage {
  public:
   // model: must outlive the mapper.
   LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options);
   // Cancels an adjustment that still runs.
-  ~LocalMapper();
+  ~LocalMapper() override;
   LocalMapper(const LocalMapper&) = delete;
   LocalMapper& operator=(const LocalMapper&) = delete;
 
@@ -42,8 +43,10 @@ class LocalMapper {
   // waiting for it. Empty if there is none.
   std::optional<BundleAdjustmentReport> Update(Map* map);
   std::optional<BundleAdjustmentReport> Finish(Map* map);
-  // Ends the running adjustment without applying it, because the map moves meanwhile.
-  void Cancel();
+  bool IsIdle() const override { return adjustment_ == nullptr; }
+  SubmapId submap() const override;
+  // Requests the adjustment to end and waits for the current iteration.
+  void Drop() override;
 
  private:
   class Adjustment;

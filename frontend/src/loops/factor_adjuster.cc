@@ -300,8 +300,12 @@ std::optional<FactorAdjustmentReport> FactorAdjuster::Finish(Map* map) {
   return job->Write(map, &moves_);
 }
 
-void FactorAdjuster::Cancel() {
+void FactorAdjuster::Drop() {
   job_.Cancel();
+}
+
+SubmapId FactorAdjuster::submap() const {
+  return job_.IsEmpty() ? SubmapId(kNoId) : job_->submap();
 }
 
 void FactorAdjuster::Remember(const Map& map, KeyFrameMoves by_loop) {

@@ -11,6 +11,7 @@
 #include <highwall/internal/background_job.h>
 
 #include "map/map_edit.h"
+#include "map/map_stage.h"
 
 namespace highwall {
 
@@ -22,11 +23,11 @@ namespace highwall {
 // The moves of keyframes by factors are stored, so that the graph's odometry is that of the images
 // alone: if it were that of the current map, each adjustment would fit the same factors again, and
 // the map would gradually follow their noise.
-class FactorAdjuster {
+class FactorAdjuster final : public MapStage {
  public:
   FactorAdjuster(const UserFactorOptions& options, const KeyFrameGraphOptions& graph);
   // Cancels work that has not ended.
-  ~FactorAdjuster();
+  ~FactorAdjuster() override;
   FactorAdjuster(const FactorAdjuster&) = delete;
   FactorAdjuster& operator=(const FactorAdjuster&) = delete;
 
@@ -43,8 +44,9 @@ class FactorAdjuster {
   // Waits for the work to end and applies it to the map, between frames. Empty if there is none.
   // Rethrows the exception that ended the work.
   std::optional<FactorAdjustmentReport> Finish(Map* map);
-  // Discards the work in progress, because the map was moved under it. Does not wait.
-  void Cancel();
+  bool IsIdle() const override { return job_.IsEmpty(); }
+  SubmapId submap() const override;
+  void Drop() override;
   // Adds moves of keyframes by the pose graph of a loop with factors in it.
   void Remember(const Map& map, KeyFrameMoves by_loop);
 

@@ -23,6 +23,7 @@ class LoopCloser::Job {
       const LoopCloserOptions& options)
       : map_(std::move(map)),
         loop_(std::move(loop)),
+        submap_(map_.keyframe(loop_.edge.keyframe)->submap),
         old_loops_(std::move(old_loops)),
         model_(model),
         options_(options),
@@ -38,6 +39,8 @@ class LoopCloser::Job {
   // Returns whether the loop itself, not the adjustment after it, is being closed or waits to be
   // taken.
   bool IsClosing() const { return !corrected_taken_; }
+  // That of the newer keyframe.
+  SubmapId submap() const { return submap_; }
 
   bool HasResults() const {
     const std::lock_guard lock(mutex_);
@@ -66,14 +69,13 @@ class LoopCloser::Job {
     result.report.fused_lines = static_cast<int>(closed.fusion.lines.size());
     result.report.merge = closed.merge;
     result.by_factors = std::move(closed.by_factors);
-    const SubmapId submap = map_.keyframe(loop_.edge.keyframe)->submap;
     if (closed.accepted) {
-      result.correction = {GeometryOf(map_, submap), std::move(closed.fusion), {}, closed.merge};
+      result.correction = {GeometryOf(map_, submap_), std::move(closed.fusion), {}, closed.merge};
     }
     Put(std::move(result));
     if (!closed.accepted || !options_.adjust || stop.stop_requested()) return;
 
-    BundleAdjuster adjuster(map_, model_, map_.KeyFramesOf(submap), {}, options_.bundle);
+    BundleAdjuster adjuster(map_, model_, map_.KeyFramesOf(submap_), {}, options_.bundle);
     adjuster.Solve(stop);
     if (stop.stop_requested()) return;
     const BundleAdjustmentReport bundle = adjuster.Write(&map_);
@@ -81,7 +83,7 @@ class LoopCloser::Job {
     result.report.accepted = true;
     result.report.bundle = bundle;
     if (bundle.usable) {
-      result.correction = AdjustedTo(map_, adjuster.outliers(), submap);
+      result.correction = AdjustedTo(map_, adjuster.outliers(), submap_);
     }
     Put(std::move(result));
   }
@@ -97,6 +99,7 @@ class LoopCloser::Job {
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   Map map_;
   const Loop loop_;
+  const SubmapId submap_;
   const std::vector<LoopEdge> old_loops_;
   const MeasurementModel model_;  // a copy: T_BC may be re-estimated while this runs
   const LoopCloserOptions options_;
@@ -119,7 +122,7 @@ bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe,
   if (!options_.enabled || IsClosing() || !job_.HasRoom()) return false;
   auto loop = detector_.Detect(map, keyframe, loops_);
   if (!loop) return false;
-  Cancel();  // the adjustment after an older loop
+  Drop();  // the adjustment after an older loop
   if (prepare) prepare();
   job_.Put(std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, options_));
   return true;
@@ -166,7 +169,11 @@ std::vector<LoopReport> LoopCloser::Take(Job& job, Map* map) {
   return reports;
 }
 
-void LoopCloser::Cancel() {
+SubmapId LoopCloser::submap() const {
+  return job_.IsEmpty() ? SubmapId(kNoId) : job_->submap();
+}
+
+void LoopCloser::Drop() {
   detector_.Forget();
   job_.Cancel();
 }

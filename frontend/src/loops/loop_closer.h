@@ -15,18 +15,19 @@
 #include "loops/loop_correction.h"
 #include "loops/loop_detector.h"
 #include "map/map_edit.h"
+#include "map/map_stage.h"
 
 namespace highwall {
 
 // Closes loops: detects them, corrects the pose graph, fuses duplicate landmarks, adjusts the whole
 // map. A new loop cancels an adjustment that still runs after an older one. (Xiao et al. 2025,
 // section 2.3.)
-class LoopCloser {
+class LoopCloser final : public MapStage {
  public:
   // model: must outlive the closer.
   explicit LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options = {});
   // Cancels work that has not ended.
-  ~LoopCloser();
+  ~LoopCloser() override;
   LoopCloser(const LoopCloser&) = delete;
   LoopCloser& operator=(const LoopCloser&) = delete;
 
@@ -43,7 +44,8 @@ class LoopCloser {
   // Returns whether a loop itself, not the adjustment after it, is being closed.
   bool IsClosing() const;
   // Returns whether neither a loop is being closed nor the map adjusted after one.
-  bool IsIdle() const { return job_.IsEmpty(); }
+  bool IsIdle() const override { return job_.IsEmpty(); }
+  SubmapId submap() const override;
   // Returns whether a result is ready to be applied.
   bool HasResult() const;
   // Applies the ready results to the map; between frames. MapEdit describes what moves.
@@ -51,8 +53,7 @@ class LoopCloser {
   std::vector<LoopReport> Update(Map* map);
   // Waits for the work to end and applies it. Throws as Update().
   std::vector<LoopReport> Finish(Map* map);
-  // Discards the work in progress, because the map was moved under it. Does not wait.
-  void Cancel();
+  void Drop() override;
   // The accepted and applied loops.
   const std::vector<LoopEdge>& loops() const { return loops_; }
 

@@ -46,6 +46,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       loop_closer_(model_, options.loops),
       factor_adjuster_(options.factors, options.loops.graph),
       depth_pattern_(sensor.camera, options.depth_pattern, options.loops.bundle),
+      worker_(mapper_, {&loop_closer_, &factor_adjuster_, &depth_pattern_}),
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),
       map_(std::move(map)),
       release_(options.tracker.moving.enabled ? kReleaseDelay : 0.0) {
@@ -126,9 +127,7 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
     InsertKeyFrame(tracked, result);
     LookForLoop(tracked, result);
     AdjustToFactors(tracked, result);
-    if (loop_closer_.IsIdle()) {
-      depth_pattern_.Begin(map_, model_, submap_, last_given_keyframe_);
-    }
+    if (worker_.IsFree()) depth_pattern_.Begin(map_, model_, submap_, last_given_keyframe_);
   }
   Report(tracked, result);
   RefineFrames(result);
@@ -138,16 +137,10 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
 }
 
 bool SlamSystem::Impl::CorrectDepth(FrameResult& result) {
-  // A loop that is being closed would be closed with the uncorrected depth.
-  if (!depth_pattern_.HasResult() || !loop_closer_.IsIdle()) return false;
+  if (!depth_pattern_.HasResult()) return false;
   const Stopwatch watch;
   bool found = false;
-  WithTracker([&] {
-    // It moves keyframes under adjustment: that is finished first.
-    if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
-    found = depth_pattern_.Finish(&map_);
-  });
-  if (found) factor_adjuster_.Cancel();
+  EditWorld(result, [&] { found = depth_pattern_.Finish(&map_); });
   result.times.loops += watch.Milliseconds();
   return found;
 }
@@ -343,11 +336,7 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
     pending_.SetExtrinsics(inertial_->T_BC().Inverse());
   }
   if (const std::optional<Pose>& T_gravity = result.inertial->T_gravity) {
-    // Adjustments in progress use the map before its gravity alignment.
-    mapper_.Cancel();
-    loop_closer_.Cancel();
-    factor_adjuster_.Cancel();
-    depth_pattern_.Cancel();
+    worker_.Drop(map_, submap_);
     map_.Transform(*T_gravity, submap_);
     tracker_.Transform(*T_gravity);
     tracked.T_WC = *T_gravity * tracked.T_WC;
@@ -434,15 +423,12 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
   const Stopwatch watch;
   const auto prepare = [&] {
     if (options_.tracker.timing == FrameTimingMode::kIgnored) return;
-    // The adjustment in progress uses the old row times: it is finished first.
-    WithTracker([&] {
-      if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
-    });
+    // The adjustment in progress uses the old row times.
+    EditWorld(result, [] {});
     tracker_.CompensateAll(&map_);
   };
   if (loop_closer_.InsertKeyFrame(map_, last_keyframe_, prepare)) {
-    factor_adjuster_.Cancel();  // the loop closure includes them
-    depth_pattern_.Cancel();    // the map is moved under it
+    worker_.Preempt(loop_closer_);
     // In synchronous mode the loop is closed by now, and the frame belongs to the corrected map.
     ApplyResults(result);
     tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
@@ -453,13 +439,9 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
 
 void SlamSystem::Impl::AdjustToFactors(TrackedFrame& tracked, FrameResult& result) {
   const Stopwatch watch;
-  if (loop_closer_.IsIdle()) factor_adjuster_.Begin(map_, submap_, loop_closer_.loops());
+  if (worker_.IsFree()) factor_adjuster_.Begin(map_, submap_, loop_closer_.loops());
   if (!factor_adjuster_.HasResult()) return;
-  WithTracker([&] {
-    // It moves keyframes under adjustment: that is finished first.
-    if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
-    result.factors = factor_adjuster_.Finish(&map_);
-  });
+  EditWorld(result, [&] { result.factors = factor_adjuster_.Finish(&map_); });
   tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
   result.times.loops += watch.Milliseconds();
 }
@@ -479,15 +461,20 @@ Pose SlamSystem::Impl::WithTracker(const Change& change) {
   return T_new_old;
 }
 
-void SlamSystem::Impl::ApplyResults(FrameResult& result) {
-  const bool loops = loop_closer_.HasResult();
-  if (!loops && !mapper_.HasResult()) return;
+template <class Change>
+void SlamSystem::Impl::EditWorld(FrameResult& result, const Change& change) {
   WithTracker([&] {
-    // A loop moves keyframes under adjustment: that is finished first.
-    if (auto report = loops ? mapper_.Finish(&map_) : mapper_.Update(&map_)) {
-      result.adjustment = std::move(report);
-    }
-    if (!loops) return;
+    if (auto report = worker_.Edit(&map_, change)) result.adjustment = std::move(report);
+  });
+}
+
+void SlamSystem::Impl::ApplyResults(FrameResult& result) {
+  if (!loop_closer_.HasResult()) {
+    if (!mapper_.HasResult()) return;
+    WithTracker([&] { result.adjustment = mapper_.Update(&map_); });
+    return;
+  }
+  EditWorld(result, [&] {
     for (LoopReport& report : loop_closer_.Update(&map_)) {
       result.loops.push_back(std::move(report));
     }

@@ -21,6 +21,7 @@
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "system/keyframe_release.h"
+#include "system/map_worker.h"
 #include "system/pending_factors.h"
 #include "tracking/frame_refiner.h"
 #include "tracking/keyframe_policy.h"
@@ -114,7 +115,10 @@ class SlamSystem::Impl {
   // Changes the map and transforms tracker and odometry by the motion of the reference keyframe.
   template <class Change>
   Pose WithTracker(const Change& change);
-  // Applies the results of the other threads.
+  // Edits a world by the result of a stage, after the local adjustment in progress.
+  template <class Change>
+  void EditWorld(FrameResult& result, const Change& change);
+  // Applies the results of local adjustments and loops.
   void ApplyResults(FrameResult& result);
   // image: with corrected depth. moved: keyframes have moved, for another reason than the result's.
   void Notify(const FrameResult& result, const RgbdImage& image, bool moved);
@@ -139,6 +143,7 @@ class SlamSystem::Impl {
   LoopCloser loop_closer_;
   FactorAdjuster factor_adjuster_;
   DepthDistortionEstimator depth_pattern_;
+  MapWorker worker_;
   PendingFactors pending_;
   Map map_;
   SlamCallbacks callbacks_;

@@ -55,9 +55,7 @@ void SlamSystem::Impl::LeaveSubmap(FrameResult& result) {
   if (submap_keyframes_ >= kMinSubmapKeyFrames || joined) return;
   // A submap that is being merged is kept: the frames in it will be relocalized.
   if (loop_closer_.IsClosing()) return;
-  mapper_.Cancel();
-  factor_adjuster_.Cancel();
-  depth_pattern_.Cancel();
+  worker_.Drop(map_, submap_);
   result.drops_submap = map_.NumKeyFramesOf(submap_) > 0;
   map_.RemoveSubmap(submap_);
   frames_in_.erase(submap_);

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <highwall/frontend/map/map_ids.h>
+
+namespace highwall {
+
+// A stage of SLAM that computes on a copy of the map, synchronously or on a thread of its own, and
+// edits the map with its result between two frames. MapWorker decides whose work remains valid as
+// the map changes.
+class MapStage {
+ public:
+  virtual ~MapStage() = default;
+
+  // Returns whether there is neither work in progress nor a result that is yet to be applied.
+  virtual bool IsIdle() const = 0;
+  // A submap of the world that the work concerns; kNoId if the stage is idle.
+  virtual SubmapId submap() const = 0;
+  // Discards the work in progress, and what the stage has learnt about the positions of keyframes,
+  // because the map moves under it. Does not wait for the end of the work.
+  virtual void Drop() = 0;
+
+ protected:
+  MapStage() = default;
+  MapStage(const MapStage&) = default;
+  MapStage& operator=(const MapStage&) = default;
+};
+
+}  // namespace highwall
