@@ -1,5 +1,6 @@
 #include "run/run_report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <span>
@@ -53,11 +54,11 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"virtual_baseline_m", options.slam.measurement.baseline},
           {"moving_objects", options.slam.tracker.moving.enabled},
           {"frame_timing", ToString(options.slam.tracker.timing)},
-          {"parallel_features", frame.parallel},
-          {"solver_threads", options.slam.mapper.bundle.threads},
-          {"mapping_in_background", options.slam.mapper.background},
+          {"parallel_features", options.slam.threads > 0},
+          {"solver_threads", std::max(1, options.slam.threads)},
+          {"mapping_in_background", options.slam.threads > 0},
           {"loops", options.slam.loops.enabled},
-          {"loops_in_background", options.slam.loops.background},
+          {"loops_in_background", options.slam.threads > 0},
           {"adjust_all", options.adjust_all},
           {"dense_map", options.dense},
           {"live", options.live},

@@ -28,6 +28,26 @@ constexpr std::array kRenamed = {
     Renamed{"submaps.patience", "submaps.lost_timeout"},
 };
 
+// Settings of version 0.2 whose place `threads` has taken. Files may hold them until version 0.4,
+// with the value that they had by default.
+struct Replaced {
+  std::string_view path, usual;
+};
+constexpr std::array kReplacedByThreads = {
+    Replaced{"frame.parallel", "true"},
+    Replaced{"refinement.background", "true"},
+    Replaced{"mapper.bundle.threads", "1"},
+    Replaced{"mapper.background", "true"},
+    Replaced{"inertial.tight.background", "true"},
+    Replaced{"loops.correction.threads", "2"},
+    Replaced{"loops.bundle.threads", "2"},
+    Replaced{"loops.background", "true"},
+    Replaced{"factors.threads", "2"},
+    Replaced{"factors.background", "true"},
+    Replaced{"depth_pattern.background", "true"},
+};
+constexpr const char* kThreads = "`threads` is for all stages now, and 0 makes them synchronous";
+
 template <class Field>
 concept Group = std::is_class_v<Field>;
 template <class Field>
@@ -142,6 +162,12 @@ void ReadGroup(YamlReader& file, Options* options, const std::string& group = ""
       file.Read(name, Demand<Field>(), parse);
     }
   });
+  for (const Replaced& replaced : kReplacedByThreads) {
+    const std::size_t name = replaced.path.rfind('.') + 1;
+    if (replaced.path.substr(0, name) != group) continue;
+    file.Read(std::string(replaced.path.substr(name)), std::string("left out (") + kThreads + ")",
+              [&](const std::string& text) { return text == replaced.usual; });
+  }
 }
 
 template <class Options>
@@ -166,6 +192,9 @@ void Set(const std::string& setting, SlamOptions* options) {
   HIGHWALL_REQUIRE(end != std::string::npos,
                    "must be NAME=VALUE, such as tracker.min_support=25, is " + setting);
   const std::string text = setting.substr(end + 1);
+  HIGHWALL_REQUIRE(
+      std::ranges::find(kReplacedByThreads, path, &Replaced::path) == kReplacedByThreads.end(),
+      "there is no setting " + path + " any more: " + kThreads);
   bool found = false;
   ForEachSetting(*options, [&](const std::string& name, auto& field, const OptionRange&) {
     if (name != path) return;

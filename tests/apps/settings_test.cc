@@ -123,6 +123,21 @@ TEST_F(SettingsTest, NamesOfTheVersionBeforeAreAcceptedAsTheyAre) {
   EXPECT_EQ(SettingsFile({}).find("patience"), std::string::npos) << "written by the new name only";
 }
 
+TEST_F(SettingsTest, ThreadOptionsOfTheVersionBeforeAreAcceptedWithTheirDefaultsAlone) {
+  const SlamOptions read = Read(
+      "frame: {parallel: true}\nmapper: {background: true, bundle: {threads: 1}}\n"
+      "loops: {background: true, bundle: {threads: 2}, correction: {threads: 2}}\n");
+  EXPECT_EQ(SettingsFile(read), SettingsFile({}));
+  EXPECT_EQ(Refusal("mapper:\n  background: false\n"),
+            file_.string() +
+                ":2: 'background' must be left out (`threads` is for all stages now, and 0 makes "
+                "them synchronous), found 'false'");
+  SlamOptions options;
+  EXPECT_EQ(testing::MessageOf<InvalidArgument>([&] { Set("mapper.background=true", &options); }),
+            "there is no setting mapper.background any more: `threads` is for all stages now, and "
+            "0 makes them synchronous");
+}
+
 TEST_F(SettingsTest, AFileIsRefusedByItsLineAndInItsWords) {
   EXPECT_EQ(Refusal("tracker:\n  min_suport: 30\n"),
             file_.string() + ":2: unknown key 'min_suport'; did you mean 'min_support'?");

@@ -114,10 +114,7 @@ std::vector<Case> Cases() {
        {{"mapping_in_background", false},
         {"loops_in_background", false},
         {"parallel_features", false}},
-       [](O o) {
-         return o.prefetch == 0 && !o.map.background && o.slam.mapper.bundle.threads == 1 &&
-                o.slam.loops.bundle.threads == 1 && o.slam.loops.correction.threads == 1;
-       }},
+       [](O o) { return o.prefetch == 0 && !o.map.background && o.slam.threads == 0; }},
       {"--live", {{"live", true}}, [](O o) { return o.live; }},
       {"--no-map", {{"dense_map", false}}, [](O o) { return !o.dense; }},
       {"--no-loops", {{"loops", false}}, [](O o) { return !o.slam.loops.enabled; }},
@@ -192,7 +189,7 @@ TEST(SlamArguments, SwitchesGoBeforeTheFileOfSettingsAndSetBeforeBoth) {
   EXPECT_EQ(Options("--imu consistent" + file).slam.inertial.weighting.policy,
             ImuWeighting::kConsistent);
   EXPECT_FALSE(Options("--set frame.use_lines=false --features both").slam.frame.use_lines);
-  EXPECT_FALSE(Options("--deterministic --set frame.parallel=true").slam.frame.parallel);
+  EXPECT_EQ(0, Options("--deterministic --set threads=4").slam.threads);
 }
 
 TEST(SlamArguments, PrintingTheSettingsNeedsNoDataset) {

@@ -347,7 +347,7 @@ TEST_F(BundleAdjustment, RepeatsBitForBit) {
     for (std::size_t i = 0; i < kTruth.size(); ++i) {
       copy.Add(Look(scene, IdealSensor(), kTruth[i], {.px = 1.0, .depth = true}), kTruth[i]);
     }
-    ASSERT_TRUE(AdjustBundle(copy.map, model, all, {}, {.threads = 1}).usable);
+    ASSERT_TRUE(AdjustBundle(copy.map, model, all, {}).usable);
     for (const KeyFrameId id : all) result.push_back(copy.map.keyframe(id)->T_WC.Matrix());
   }
   EXPECT_EQ(poses[0], poses[1]);

@@ -22,8 +22,8 @@ using testing::Scene;
 using testing::SceneMap;
 using testing::UniformInBox;
 
-const DepthPatternOptions kSynchronous{.background = false};
-const BundleAdjustmentOptions kBundle{.threads = 1};
+const BundleAdjustmentOptions kBundle{};
+constexpr int kSynchronous = 0;
 
 // Returns a pattern by which depth reads too short on the left of the image, and too long on the
 // right.
@@ -126,7 +126,7 @@ TEST(DepthDistortionEstimator, FindsThePatternAndMendsTheMap) {
     Walk walk(truth);
     const KeyFrameId fourth = walk.map.keyframe_ids()[3];
     const double before = walk.map.keyframe(fourth)->frame.features->points[0].depth;
-    DepthDistortionEstimator finder(walk.camera, {.background = background}, kBundle);
+    DepthDistortionEstimator finder(walk.camera, {}, kBundle, background ? 1 : kSynchronous);
     EXPECT_TRUE(finder.pattern().IsZero());
     finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
     ASSERT_TRUE(finder.Finish(&walk.map));
@@ -143,7 +143,7 @@ TEST(DepthDistortionEstimator, FindsThePatternAndMendsTheMap) {
 TEST(DepthDistortionEstimator, LeavesAMapWhoseDepthIsRightAsItIs) {
   Walk walk(DepthPattern{});
   const double error = walk.Error();
-  DepthDistortionEstimator finder(walk.camera, kSynchronous, kBundle);
+  DepthDistortionEstimator finder(walk.camera, {}, kBundle, kSynchronous);
   finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
   EXPECT_FALSE(finder.HasResult());
   EXPECT_FALSE(finder.Finish(&walk.map));
@@ -153,7 +153,7 @@ TEST(DepthDistortionEstimator, LeavesAMapWhoseDepthIsRightAsItIs) {
 
 TEST(DepthDistortionEstimator, WaitsForKeyframesOfItsOwnRunAndForMoreOfThemTheNextTime) {
   Walk walk(Tilted());
-  DepthDistortionEstimator finder(walk.camera, kSynchronous, kBundle);
+  DepthDistortionEstimator finder(walk.camera, {}, kBundle, kSynchronous);
   const KeyFrameId fifth = walk.map.keyframe_ids()[4];
   finder.Begin(walk.map, walk.model, kFirstSubmap, fifth);  // eleven keyframes remain
   EXPECT_FALSE(finder.HasResult());
@@ -162,7 +162,7 @@ TEST(DepthDistortionEstimator, WaitsForKeyframesOfItsOwnRunAndForMoreOfThemTheNe
   finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);  // no more keyframes than before
   EXPECT_FALSE(finder.HasResult());
 
-  DepthDistortionEstimator off(walk.camera, {.enabled = false, .background = false}, kBundle);
+  DepthDistortionEstimator off(walk.camera, {.enabled = false}, kBundle, kSynchronous);
   off.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
   EXPECT_FALSE(off.HasResult());
 }
@@ -170,14 +170,14 @@ TEST(DepthDistortionEstimator, WaitsForKeyframesOfItsOwnRunAndForMoreOfThemTheNe
 TEST(DepthDistortionEstimator, MoreKeyframesTellAPatternThatIsKnownBetter) {
   const DepthPattern truth = Tilted();
   Walk first(truth, 12);
-  DepthDistortionEstimator finder(first.camera, kSynchronous, kBundle);
+  DepthDistortionEstimator finder(first.camera, {}, kBundle, kSynchronous);
   finder.Begin(first.map, first.model, kFirstSubmap, kNoId);
   ASSERT_TRUE(finder.Finish(&first.map));
   const DepthPattern left{truth.nodes - finder.pattern().nodes};
 
   // This walk alone could show a pattern by chance.
   Walk longer(left, 30);
-  DepthDistortionEstimator unaware(longer.camera, kSynchronous, kBundle);
+  DepthDistortionEstimator unaware(longer.camera, {}, kBundle, kSynchronous);
   unaware.Begin(longer.map, longer.model, kFirstSubmap, kNoId);
   EXPECT_FALSE(unaware.Finish(&longer.map));
 
@@ -188,7 +188,7 @@ TEST(DepthDistortionEstimator, MoreKeyframesTellAPatternThatIsKnownBetter) {
 
 TEST(DepthDistortionEstimator, APatternIsNotReplacedByOneThatIsKnownLessWell) {
   Walk first(Tilted(), 30);
-  DepthDistortionEstimator finder(first.camera, kSynchronous, kBundle);
+  DepthDistortionEstimator finder(first.camera, {}, kBundle, kSynchronous);
   finder.Begin(first.map, first.model, kFirstSubmap, kNoId);
   ASSERT_TRUE(finder.Finish(&first.map));
   const DepthPattern known = finder.pattern();
@@ -205,7 +205,7 @@ TEST(DepthDistortionEstimator, APatternIsNotReplacedByOneThatIsKnownLessWell) {
   EXPECT_FALSE(finder.Finish(&sparse.map));
   EXPECT_EQ(finder.pattern().nodes, known.nodes);
   // A finder without a known pattern estimates one.
-  DepthDistortionEstimator unaware(sparse.camera, kSynchronous, kBundle);
+  DepthDistortionEstimator unaware(sparse.camera, {}, kBundle, kSynchronous);
   unaware.Begin(sparse.map, sparse.model, kFirstSubmap, kNoId);
   EXPECT_TRUE(unaware.Finish(&sparse.map));
 }
@@ -214,7 +214,7 @@ TEST(DepthDistortionEstimator, KeyframesThatWereGivenStayAsTheyAre) {
   Walk walk(Tilted());
   const KeyFrameId second = walk.map.keyframe_ids()[1];
   const auto given = walk.map.keyframe(second)->frame.features;
-  DepthDistortionEstimator finder(walk.camera, kSynchronous, kBundle);
+  DepthDistortionEstimator finder(walk.camera, {}, kBundle, kSynchronous);
   finder.Begin(walk.map, walk.model, kFirstSubmap, second);
   ASSERT_TRUE(finder.Finish(&walk.map));
   EXPECT_EQ(walk.map.keyframe(second)->frame.features, given);
@@ -240,7 +240,7 @@ TEST(DepthDistortionEstimator, AMapWithoutDepthTellsNothing) {
     for (PointFeature& feature : features->points) feature.depth = 0.0;
     walk.map.keyframe(id)->frame.features = features;
   }
-  DepthDistortionEstimator finder(walk.camera, kSynchronous, kBundle);
+  DepthDistortionEstimator finder(walk.camera, {}, kBundle, kSynchronous);
   finder.Begin(walk.map, walk.model, kFirstSubmap, kNoId);
   EXPECT_FALSE(finder.Finish(&walk.map));
 }

@@ -67,11 +67,11 @@ class FactorAdjusterTest : public ::testing::Test {
   }
 
   std::optional<FactorAdjustmentReport> Adjust(const UserFactorOptions& options) {
-    FactorAdjuster adjuster(options, {});
+    FactorAdjuster adjuster(options, {}, 0);
     return adjuster.BeginLast(map, kFirstSubmap, {}) ? adjuster.Finish(&map) : std::nullopt;
   }
 
-  const UserFactorOptions lockstep{.threads = 1, .background = false};
+  const UserFactorOptions defaults{};
   RingMap ring{kKeyFrames};
   Map& map = ring.map;
   ReferenceFrameId frame;
@@ -84,7 +84,7 @@ TEST_F(FactorAdjusterTest, TakesTheDriftOutOfTheWholeMap) {
   map.factors().Place(frame, kFirstSubmap, *before);
   ASSERT_GT(Error(), 0.2) << "there is drift to take out";
   const Eigen::Vector3d landmark = map.point(PointId(1000))->p_W;
-  const auto report = Adjust(lockstep);
+  const auto report = Adjust(defaults);
   ASSERT_TRUE(report);
   ASSERT_TRUE(report->accepted) << report->message;
   EXPECT_EQ(report->keyframes, kKeyFrames);
@@ -104,7 +104,7 @@ TEST_F(FactorAdjusterTest, InTheBackgroundItComesToTheSame) {
 
 TEST_F(FactorAdjusterTest, KeepsGravityWhereTheMapKnowsIt) {
   Measure(0.1);
-  ASSERT_TRUE(Adjust(lockstep)->accepted);
+  ASSERT_TRUE(Adjust(defaults)->accepted);
   for (std::size_t i = 0; i < ring.truth.size(); ++i) {
     const Eigen::Vector3d up_C = ring.truth[i].R().transpose() * Eigen::Vector3d::UnitZ();
     // The graph leaves 1e-3 rad to each keyframe.
@@ -117,7 +117,7 @@ TEST_F(FactorAdjusterTest, APlaceIsFoundFromAnyHeadingAndNotBeforeTheWayTellsIt)
   // The path is half a metre: 10 cm of noise leave the heading unobservable.
   Measure(0.1, 1, 2);
   EXPECT_FALSE(AlignFrame(map, frame, kFirstSubmap, 0.1));
-  const auto report = Adjust(lockstep);
+  const auto report = Adjust(defaults);
   ASSERT_TRUE(report);
   EXPECT_FALSE(report->accepted);
   EXPECT_NE(report->message.find("not known yet"), std::string::npos) << report->message;
@@ -159,7 +159,7 @@ TEST_F(FactorAdjusterTest, AStraightWayTellsTheHeadingOfAnUprightFrame) {
 }
 
 TEST_F(FactorAdjusterTest, BeginsWhenEnoughFactorsAreNew) {
-  UserFactorOptions options = lockstep;
+  UserFactorOptions options = defaults;
   options.every = 30;
   FactorAdjuster adjuster(options, {});
   Measure(0.1, 10);  // 20
@@ -174,7 +174,7 @@ TEST_F(FactorAdjusterTest, BeginsWhenEnoughFactorsAreNew) {
 
 TEST_F(FactorAdjusterTest, WhatWasCancelledIsDoneAgain) {
   Measure(0.1);
-  FactorAdjuster adjuster(lockstep, {});
+  FactorAdjuster adjuster(defaults, {});
   ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
   const Pose before = map.keyframe(150_kf)->T_WC;
   adjuster.Drop();
@@ -193,7 +193,7 @@ TEST_F(FactorAdjusterTest, EachWorldHasItsOwnTurn) {
         map.AddKeyFrame({.index = kKeyFrames + i, .features = features}, T_WC, other).id;
     map.AddFactor({{{id, Pose()}}, frame, PositionInFrame(kT_FW * T_WC.p(), 0.1), nullptr});
   }
-  FactorAdjuster adjuster(lockstep, {});
+  FactorAdjuster adjuster(defaults, {});
   ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
   ASSERT_TRUE(adjuster.Finish(&map)->accepted);
   ASSERT_TRUE(adjuster.Begin(map, other, {})) << "those of the first world are none of its own";
@@ -205,7 +205,7 @@ TEST_F(FactorAdjusterTest, EachWorldHasItsOwnTurn) {
 
 TEST_F(FactorAdjusterTest, WhatCameWithTheMapIsNotNew) {
   Measure(0.1);
-  FactorAdjuster adjuster(lockstep, {});
+  FactorAdjuster adjuster(defaults, {});
   adjuster.Adopt(map);
   EXPECT_FALSE(adjuster.BeginLast(map, kFirstSubmap, {}));
   Measure(0.1, 10);
@@ -249,7 +249,7 @@ TEST_F(FactorAdjusterTest, WhoCancelsDoesNotWait) {
   Measure(0.1);
   const auto gate = std::make_shared<GatedCost>(PositionInFrame(kT_FW * ring.truth[0].p(), 0.1));
   map.AddFactor({{{0_kf, Pose()}}, frame, gate, nullptr});
-  FactorAdjuster adjuster({.threads = 1, .background = true}, {});
+  FactorAdjuster adjuster({}, {}, 1);
   ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
   gate->WaitUntilEntered();
   adjuster.Drop();
@@ -263,15 +263,14 @@ TEST_F(FactorAdjusterTest, WhatALoopsGraphFittedIsNotFittedOnceMore) {
   Measure(0.5, 1);
   const LoopEdge loop = ring.Loop(0_kf, ring.last());
   Map at_once = map.Clone();
-  FactorAdjuster fresh(lockstep, {}), adjuster(lockstep, {});
+  FactorAdjuster fresh(defaults, {}), adjuster(defaults, {});
   ASSERT_TRUE(fresh.BeginLast(at_once, kFirstSubmap, {&loop, 1}));
   ASSERT_TRUE(fresh.Finish(&at_once)->accepted);
 
   ASSERT_TRUE(adjuster.BeginLast(map, kFirstSubmap, {}));
   ASSERT_TRUE(adjuster.Finish(&map)->accepted);
   const MeasurementModel model(testing::IdealSensor(), {});
-  const LoopCorrectionResult closed =
-      CorrectLoop({}, {.edge = loop}, model, {}, {.threads = 1}, &map);
+  const LoopCorrectionResult closed = CorrectLoop({}, {.edge = loop}, model, {}, {}, &map);
   ASSERT_TRUE(closed.accepted) << closed.message;
   adjuster.Remember(map, closed.by_factors);
   // One additional factor with no information.
@@ -315,7 +314,7 @@ TEST(FactorAdjuster, TwoKilometresWithAFixASecondEndWithoutDrift) {
     }
     return errors;
   };
-  FactorAdjuster adjuster({.threads = 1, .background = false}, {});
+  FactorAdjuster adjuster({}, {}, 0);
   for (std::size_t i = 0; i < ring.truth.size(); i += 8) {
     const double x = normal(rng), y = normal(rng), z = normal(rng);
     const Eigen::Vector3d p_F = kT_FW * ring.truth[i].p() + Eigen::Vector3d(x, y, 2.0 * z);
@@ -340,7 +339,6 @@ TEST(UserFactorOptions, AreValidated) {
   EXPECT_THROW(UserFactorOptions{.share = -1.0}.Validate(), InvalidArgument);
   EXPECT_THROW(UserFactorOptions{.max_angle = 0.0}.Validate(), InvalidArgument);
   EXPECT_THROW(UserFactorOptions{.max_gap = 0.0}.Validate(), InvalidArgument);
-  EXPECT_THROW(UserFactorOptions{.threads = 0}.Validate(), InvalidArgument);
 }
 
 // An invalid user cost: it throws, refuses, or is not finite.
@@ -369,7 +367,7 @@ TEST_F(FactorAdjusterTest, OneFaultyFactorInSevenIsSetAsideAndTheOthersPlaceTheF
     map.AddFactor({{{KeyFrameId(8 * i), Pose()}}, frame, std::move(cost), nullptr});
   }
   std::optional<FactorAdjustmentReport> report;
-  ASSERT_NO_THROW(report = Adjust(lockstep));
+  ASSERT_NO_THROW(report = Adjust(defaults));
   ASSERT_TRUE(report && report->accepted) << report->message;
   EXPECT_EQ(report->excluded, faulty);
   EXPECT_EQ(report->fault, "throws: the marker was not found");

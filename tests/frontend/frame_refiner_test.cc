@@ -73,8 +73,8 @@ class FrameRefinerTest : public TrackerTest {
     return Twist::Between(Truth(i - 1).Inverse() * Truth(i + 1), dt);
   }
 
-  FrameRefiner Make(const FrameRefinementOptions& options) const {
-    return FrameRefiner(model, IdealSensor().camera, options, TrackerOptions());
+  FrameRefiner Make(const FrameRefinementOptions& options, bool background = true) const {
+    return FrameRefiner(model, IdealSensor().camera, options, TrackerOptions(), background);
   }
 
   const KeyFrameId keyframe_;
@@ -85,7 +85,7 @@ TEST_F(FrameRefinerTest, FindsPosesInTheMapAsItIsOnceEnoughKeyframesWereMade) {
   for (const bool background : {false, true}) {
     SCOPED_TRACE(background);
     frames.clear();
-    FrameRefiner refiner = Make({.keyframes = 3, .background = background});
+    FrameRefiner refiner = Make({.keyframes = 3}, background);
     for (int i = 0; i < kFrames; ++i) {
       EXPECT_FALSE(refiner.HasResult());
       // The last frame comes three keyframes later.
@@ -103,7 +103,7 @@ TEST_F(FrameRefinerTest, FindsPosesInTheMapAsItIsOnceEnoughKeyframesWereMade) {
 }
 
 TEST_F(FrameRefinerTest, HoldsNoMoreFramesThanItIsTold) {
-  FrameRefiner refiner = Make({.keyframes = 3, .waiting = 35, .background = false});
+  FrameRefiner refiner = Make({.keyframes = 3, .waiting = 35}, false);
   for (int i = 0; i < 36; ++i) {
     Add(refiner, MakeTracked(View(i), i), KeyFrameId(1));
     refiner.Begin(scene_map.map, {});

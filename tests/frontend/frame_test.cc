@@ -166,8 +166,7 @@ TEST(FrameBuilder, TwoThreadsAndOneGiveTheSame) {
   FrameBuilderOptions options;
   const RgbdImage image = Boxes();
   FrameBuilder parallel(SmallSensor(), options);
-  options.parallel = false;
-  FrameBuilder serial(SmallSensor(), options);
+  FrameBuilder serial(SmallSensor(), options, nullptr, false);
   const auto first = parallel.Build(image);
   ExpectSame(*first, *serial.Build(image));
   ExpectSame(*first, *parallel.Build(image));
@@ -177,9 +176,7 @@ TEST(FrameBuilder, DepthChangedBesideTheExtractionIsThatOfAllFeatures) {
   RgbdImage changed = Boxes();
   changed.depth *= 1.25;
   for (const bool parallel : {true, false}) {
-    FrameBuilderOptions options;
-    options.parallel = parallel;
-    FrameBuilder builder(SmallSensor(), options);
+    FrameBuilder builder(SmallSensor(), {}, nullptr, parallel);
     RgbdImage image = Boxes();
     const cv::Mat as_given = image.depth.clone();
     int times = 0;

@@ -229,10 +229,7 @@ class InertialLoop : public LoopScene {
 
 TEST(LoopWithAnImu, LeavesTheMapWithTheVelocitiesBiasesAndGravityOfItsAdjustment) {
   InertialLoop scene;
-  LoopCloserOptions options;
-  options.background = false;
-  options.correction.threads = options.bundle.threads = 1;
-  LoopCloser closer(scene.model, options);
+  LoopCloser closer(scene.model, {}, 0);
   KeyFrameId last = kNoId;  // at the time of the loop adjustment
   for (int i = 0; i < scene.size() && last == kNoId; ++i) {
     const KeyFrameId id = scene.AddWithMotion(i);

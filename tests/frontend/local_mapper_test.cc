@@ -427,7 +427,7 @@ TEST_F(LocalMapperTest, InTheBackgroundTheMapIsThatOfLockstepToTheBit) {
     map = Map();
     std::fill(point_ids.begin(), point_ids.end(), kNoId);
     std::fill(line_ids.begin(), line_ids.end(), kNoId);
-    LocalMapper mapper(model, {.bundle = {.threads = 1}, .background = background});
+    LocalMapper mapper(model, {}, background);
     for (int i = 0; i < 5; ++i) {
       const SyntheticView view = Look(scene, IdealSensor(), At(0.1 * i), {.px = 0.5});
       Insert(mapper, view, Tracked(view, At(0.1 * i).Plus(error)));

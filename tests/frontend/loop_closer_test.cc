@@ -18,16 +18,8 @@ using testing::LoopSceneOptions;
 
 const LoopSceneOptions kDrifting{.drift = {0.01, 0.005, 0.0}};
 
-LoopCloserOptions Lockstep() {
-  LoopCloserOptions options;
-  options.background = false;
-  options.correction.threads = 1;
-  options.bundle.threads = 1;
-  return options;
-}
-
 std::vector<LoopReport> Walk(LoopScene& scene, const LoopCloserOptions& options) {
-  LoopCloser closer(scene.model, options);
+  LoopCloser closer(scene.model, options, 0);
   std::vector<LoopReport> reports;
   const auto keep = [&](std::vector<LoopReport> more) {
     for (LoopReport& report : more) reports.push_back(std::move(report));
@@ -49,7 +41,7 @@ double DriftedRmse() {
 
 TEST(LoopCloser, TakesTheDriftOutOfTheLoop) {
   LoopScene scene(kDrifting);
-  const auto reports = Walk(scene, Lockstep());
+  const auto reports = Walk(scene, {});
   ASSERT_GE(reports.size(), 2u);
   EXPECT_TRUE(reports[0].accepted) << reports[0].message;
   EXPECT_FALSE(reports[0].bundle);
@@ -65,7 +57,7 @@ TEST(LoopCloser, LinesPassTheOutlierRuleOfTheModel) {
   LoopSceneOptions options = kDrifting;
   options.measurement = testing::kStrictLines;
   LoopScene scene(options);
-  const auto reports = Walk(scene, Lockstep());
+  const auto reports = Walk(scene, {});
   ASSERT_FALSE(reports.empty());
   EXPECT_TRUE(reports[0].accepted) << reports[0].message;
   EXPECT_LE(reports[0].fused_lines, 2);
@@ -73,7 +65,7 @@ TEST(LoopCloser, LinesPassTheOutlierRuleOfTheModel) {
 
 TEST(LoopCloser, TheFewStepsOfTheAdjustmentReachTheBottomForALongLoop) {
   LoopScene scene({.per_lap = 320, .points = 4000, .lines = 100, .drift = {0.001, 0.0003, 0.0}});
-  LoopCloser closer(scene.model, Lockstep());
+  LoopCloser closer(scene.model, {}, 0);
   std::vector<LoopReport> reports;
   for (int i = 0; i < scene.size() && reports.empty(); ++i) {
     closer.InsertKeyFrame(scene.map, scene.Add(i));
@@ -98,7 +90,7 @@ TEST(LoopCloser, TheFewStepsOfTheAdjustmentReachTheBottomForALongLoop) {
 
 TEST(LoopCloser, WhatTheAdjustmentFindsWrongIsForgottenByTheMap) {
   LoopScene scene(kDrifting);
-  LoopCloser closer(scene.model, Lockstep());
+  LoopCloser closer(scene.model, {}, 0);
   constexpr int kWrongIndex = 20;
   constexpr KeyFrameId kWrong(kWrongIndex);
   PointId point = kNoId;
@@ -130,7 +122,7 @@ TEST(LoopCloser, WhatTheAdjustmentFindsWrongIsForgottenByTheMap) {
 
 TEST(LoopCloser, ConnectsTheTwoSides) {
   LoopScene scene(kDrifting);
-  const auto reports = Walk(scene, Lockstep());
+  const auto reports = Walk(scene, {});
   const LoopEdge& edge = reports.at(0).loop.edge;
   bool connected = false;
   for (const auto& [id, shared] : scene.map.Covisible(edge.keyframe, 30)) {
@@ -141,9 +133,8 @@ TEST(LoopCloser, ConnectsTheTwoSides) {
 
 TEST(LoopCloser, InTheBackgroundTheMapGoesOnAndNewerKeyFramesFollow) {
   LoopScene scene(kDrifting);
-  LoopCloserOptions options = Lockstep();
-  options.background = true;
-  LoopCloser closer(scene.model, options);
+  LoopCloserOptions options;
+  LoopCloser closer(scene.model, options, 1);
   int i = 0;
   while (!closer.InsertKeyFrame(scene.map, scene.Add(i))) ASSERT_LT(++i, scene.size());
   // Nothing is applied before Update, whatever the other thread has computed.
@@ -160,10 +151,9 @@ TEST(LoopCloser, InTheBackgroundTheMapGoesOnAndNewerKeyFramesFollow) {
 
 TEST(LoopCloser, ANewerLoopDoesNotWaitForTheAdjustmentAfterAnOlderOne) {
   LoopScene scene(kDrifting);
-  LoopCloserOptions options = Lockstep();
-  options.background = true;
+  LoopCloserOptions options;
   options.bundle.first_iterations = options.bundle.second_iterations = 1000;
-  LoopCloser closer(scene.model, options);
+  LoopCloser closer(scene.model, options, 1);
   std::size_t corrections = 0, adjustments = 0;
   const auto count = [&](const std::vector<LoopReport>& reports) {
     for (const LoopReport& report : reports) ++(report.bundle ? adjustments : corrections);
@@ -183,11 +173,10 @@ TEST(LoopCloser, ANewerLoopDoesNotWaitForTheAdjustmentAfterAnOlderOne) {
 
 TEST(LoopCloser, WorkThatIsNotWaitedForIsGivenUp) {
   LoopScene scene(kDrifting);
-  LoopCloserOptions options = Lockstep();
-  options.background = true;
+  LoopCloserOptions options;
   double before = 0.0;
   {
-    LoopCloser closer(scene.model, options);
+    LoopCloser closer(scene.model, options, 1);
     int i = 0;
     while (!closer.InsertKeyFrame(scene.map, scene.Add(i))) ASSERT_LT(++i, scene.size());
     before = scene.Rmse();
@@ -197,9 +186,8 @@ TEST(LoopCloser, WorkThatIsNotWaitedForIsGivenUp) {
 
 TEST(LoopCloser, OfALoopThatIsGivenUpNothingIsApplied) {
   LoopScene scene(kDrifting);
-  LoopCloserOptions options = Lockstep();
-  options.background = true;
-  LoopCloser closer(scene.model, options);
+  LoopCloserOptions options;
+  LoopCloser closer(scene.model, options, 1);
   int i = 0;
   while (i < scene.size() && !closer.InsertKeyFrame(scene.map, scene.Add(i))) ++i;
   ASSERT_LT(i, scene.size());
@@ -213,8 +201,8 @@ TEST(LoopCloser, OfALoopThatIsGivenUpNothingIsApplied) {
 
 TEST(LoopCloser, RepeatsBitForBitInLockstep) {
   LoopScene first(kDrifting), second(kDrifting);
-  Walk(first, Lockstep());
-  Walk(second, Lockstep());
+  Walk(first, {});
+  Walk(second, {});
   for (const KeyFrameId id : first.map.keyframe_ids()) {
     EXPECT_EQ(first.map.keyframe(id)->T_WC.Matrix(), second.map.keyframe(id)->T_WC.Matrix()) << id;
   }
@@ -223,7 +211,7 @@ TEST(LoopCloser, RepeatsBitForBitInLockstep) {
 
 TEST(LoopCloser, TellsOnceHowAGraphWithFactorsOfTheUsersMovedKeyFrames) {
   LoopScene plain(kDrifting), scene(kDrifting);
-  LoopCloser without(plain.model, Lockstep()), closer(scene.model, Lockstep());
+  LoopCloser without(plain.model, {}, 0), closer(scene.model, {}, 0);
   for (int i = 0; i < scene.size() && closer.loops().empty(); ++i) {
     without.InsertKeyFrame(plain.map, plain.Add(i));
     without.Update(&plain.map);
@@ -246,7 +234,7 @@ TEST(LoopCloser, TellsOnceHowAGraphWithFactorsOfTheUsersMovedKeyFrames) {
 
 TEST(LoopCloser, MayBeSwitchedOff) {
   LoopScene scene(kDrifting);
-  LoopCloserOptions options = Lockstep();
+  LoopCloserOptions options;
   options.enabled = false;
   EXPECT_TRUE(Walk(scene, options).empty());
   EXPECT_EQ(scene.Rmse(), DriftedRmse());
@@ -254,7 +242,7 @@ TEST(LoopCloser, MayBeSwitchedOff) {
 
 TEST(LoopCloser, WithoutAdjustmentThePoseGraphAloneIsApplied) {
   LoopScene scene(kDrifting);
-  LoopCloserOptions options = Lockstep();
+  LoopCloserOptions options;
   options.adjust = false;
   const auto reports = Walk(scene, options);
   ASSERT_FALSE(reports.empty());

@@ -1,7 +1,7 @@
 #include <vector>
 
-#include <Eigen/Core>
 #include <gtest/gtest.h>
+#include <Eigen/Core>
 
 #include "local/local_mapper.h"
 #include "local_mapper_fixture.h"

@@ -24,12 +24,6 @@ namespace {
 using testing::LoopScene;
 using testing::operator""_kf;
 
-MergeMapsOptions OneThread() {
-  MergeMapsOptions options;
-  options.loops.correction.threads = options.loops.bundle.threads = 1;
-  return options;
-}
-
 // A session along the ring (LoopScene) with a different world frame.
 struct SessionOfRing {
   // begin, count: of the steps of the walk. seed: of the place.
@@ -89,7 +83,7 @@ TEST(MergeMaps, TwoSessionsOfOnePlaceBecomeOneMapInTheWorldOfTheFirst) {
   maps.push_back(std::move(tuesday.scene.map));
   const std::size_t points = maps[0].num_points() + maps[1].num_points();
   std::size_t searched = 0;
-  const MergedMaps merged = MergeMaps(monday.scene.model_sensor, std::move(maps), OneThread(),
+  const MergedMaps merged = MergeMaps(monday.scene.model_sensor, std::move(maps), {},
                                       [&](std::size_t done, std::size_t total) {
                                         EXPECT_EQ(done, ++searched);
                                         EXPECT_EQ(total, 24U);
@@ -115,7 +109,7 @@ TEST(MergeMaps, SessionsOfTwoPlacesStayApartAndWhereTheyAre) {
   std::vector<Map> maps;
   maps.push_back(std::move(monday.scene.map));
   maps.push_back(std::move(elsewhere.scene.map));
-  const MergedMaps merged = MergeMaps(monday.scene.model_sensor, std::move(maps), OneThread());
+  const MergedMaps merged = MergeMaps(monday.scene.model_sensor, std::move(maps), {});
   EXPECT_EQ(merged.map.roots().size(), 2U);
   EXPECT_EQ(CountMerges(merged), 0);
   for (std::size_t i = 0; i < before.size(); ++i) {
@@ -130,7 +124,7 @@ TEST(MergeMaps, ASessionJoinsTwoThatDoNotMeetEachOther) {
   for (SessionOfRing* session : {&begin, &end, &between}) {
     maps.push_back(std::move(session->scene.map));
   }
-  const MergedMaps merged = MergeMaps(begin.scene.model_sensor, std::move(maps), OneThread());
+  const MergedMaps merged = MergeMaps(begin.scene.model_sensor, std::move(maps), {});
   EXPECT_TRUE(merged.keyframes[0].empty());
   EXPECT_EQ(CountMerges(merged), 2);
   EXPECT_EQ(merged.map.roots().size(), 1U);

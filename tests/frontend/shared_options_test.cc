@@ -165,7 +165,7 @@ class SharedOptions : public ::testing::Test {
   // Only every other landmark of the keyframe was tracked: the others are found by projection.
   Outcome MapLocally(const MeasurementModel& model) const {
     Map map = known_.map.Clone();
-    LocalMapper mapper(model, {.background = false});
+    LocalMapper mapper(model, {}, false);
     TrackedFrame tracked;
     tracked.frame = testing::MakeFrame(view_, 2);
     tracked.state = TrackingState::kTracking;
@@ -193,7 +193,7 @@ class SharedOptions : public ::testing::Test {
     Outcome outcome;
     Append(loop->edge.Z, outcome);
     Map map = walk_.map.Clone();
-    CorrectLoop({}, *loop, model, {}, {.threads = 1}, &map);
+    CorrectLoop({}, *loop, model, {}, {}, &map);
     Append(map, outcome);
     return outcome;
   }

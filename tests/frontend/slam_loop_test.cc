@@ -45,11 +45,11 @@ class SlamLoopTest : public ::testing::Test {
     std::vector<Eigen::Matrix4d> poses;
   };
   // wait: for other threads, after every frame.
-  static Run Walk(const LoopCloserOptions& loops, bool wait = false) {
+  static Run Walk(const LoopCloserOptions& loops, int threads, bool wait = false) {
     SlamOptions options;
     options.loops = loops;
-    options.mapper.bundle.threads = 1;
-    SlamSystem slam({.camera = Camera()}, loops.background ? options : Deterministic(options));
+    options.threads = threads;
+    SlamSystem slam({.camera = Camera()}, options);
     Run run;
     slam.SetCallbacks({.on_loop = [&](const LoopReport&) { ++run.reported_loops; },
                        .on_map = [&](const Map&) { ++run.reported_maps; }});
@@ -89,23 +89,22 @@ std::unique_ptr<const RenderedWalk> SlamLoopTest::walk_;
 
 TEST_F(SlamLoopTest, ClosesTheLoopAndTheTrackerFollows) {
   LoopCloserOptions closing;
-  closing.background = false;
-  const Run with = Walk(closing);
+  const Run with = Walk(closing, 0);
   ASSERT_GE(with.loops.size(), 2u);
   for (const LoopReport& report : with.loops) EXPECT_TRUE(report.accepted) << report.message;
   EXPECT_GT(with.loops[0].fused_points, 20);
   EXPECT_EQ(with.lost, 0) << "the tracker went on in the corrected map";
   LoopCloserOptions off;
-  off.enabled = off.background = false;
-  const Run without = Walk(off);
+  off.enabled = false;
+  const Run without = Walk(off, 0);
   EXPECT_TRUE(without.loops.empty());
   EXPECT_LT(with.rmse, 0.006);
   EXPECT_LT(with.rmse, without.rmse);
-  EXPECT_EQ(Walk(closing).poses, with.poses) << "bit for bit";
+  EXPECT_EQ(Walk(closing, 0).poses, with.poses) << "bit for bit";
 }
 
 TEST_F(SlamLoopTest, ClosesTheLoopInTheBackground) {
-  const Run run = Walk({}, true);
+  const Run run = Walk({}, 2, true);
   ASSERT_FALSE(run.loops.empty());
   EXPECT_TRUE(run.loops[0].accepted) << run.loops[0].message;
   EXPECT_EQ(run.lost, 0);
@@ -115,7 +114,7 @@ TEST_F(SlamLoopTest, ClosesTheLoopInTheBackground) {
 }
 
 TEST_F(SlamLoopTest, TheCameraNeedNotWaitForTheLoop) {
-  const Run run = Walk({});
+  const Run run = Walk({}, 2);
   ASSERT_FALSE(run.loops.empty());
   EXPECT_TRUE(run.loops[0].accepted) << run.loops[0].message;
   EXPECT_EQ(run.lost, 0);

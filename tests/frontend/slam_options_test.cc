@@ -212,7 +212,6 @@ const Edge kEdges[] = {
     {"mapper.bundle.second_iterations", {0}},
     {"mapper.bundle.tolerance", {-1e-6}},
     {"mapper.bundle.trust_region", {0, kInfinity}},
-    {"mapper.bundle.threads", {0}},
     {"mapper.adjusted_keyframes", {1}},
     {"mapper.fixed_keyframes", {0}},
     {"mapper.fused_keyframes", {-1}},
@@ -274,7 +273,6 @@ const Edge kEdges[] = {
     {"loops.detector.min_match_ratio_across_submaps", {-0.1, 1.1}},
     {"loops.detector.decisive_ratio", {0.9}},
     {"loops.correction.fused_keyframes", {-1}},
-    {"loops.correction.threads", {0}},
     {"loops.bundle.point_huber", {0}},
     {"loops.bundle.line_huber", {0}},
     {"loops.bundle.inliers.chi2_1", {0}},
@@ -285,15 +283,14 @@ const Edge kEdges[] = {
     {"loops.bundle.second_iterations", {0}},
     {"loops.bundle.tolerance", {-1e-6}},
     {"loops.bundle.trust_region", {0, kInfinity}},
-    {"loops.bundle.threads", {0}},
     {"factors.every", {0}},
     {"factors.share", {-0.1}},
     {"factors.max_angle", {0}},
     {"factors.max_gap", {0}},
-    {"factors.threads", {0}},
     {"depth_pattern.first", {2}},
     {"depth_pattern.most", {2}},
     {"submaps.lost_timeout", {-0.1}},
+    {"threads", {-1, 257}},
 };
 
 // Creates a component of SlamSystem with its part of the options.
@@ -314,6 +311,7 @@ void MakeUserOf(const std::string& part, const SlamOptions& options) {
     DepthDistortionEstimator(sensor.camera, options.depth_pattern, options.loops.bundle);
   }
   if (part == "submaps") options.submaps.Validate();
+  if (part == "threads") options.Validate();
 }
 
 // Sets a value outside any range; returns false for a field without one: a switch, a choice, a
@@ -405,20 +403,13 @@ TEST(SlamOptions, NoneThatHasARangeIsMissing) {
 TEST(SlamOptions, DeterministicChangesThreadsAlone) {
   SlamOptions changed;
   VisitLeaves(changed, [](const std::string&, auto& field) { Change(field); });
-  changed.frame.parallel = changed.mapper.background = changed.loops.background = true;
-  changed.factors.background = changed.depth_pattern.background = true;
-  changed.refinement.background = true;
   const std::vector<std::string> paths = Paths();
   const std::vector<double> before = Values(changed), after = Values(Deterministic(changed));
   std::set<std::string> others;
   for (std::size_t i = 0; i < paths.size(); ++i) {
     if (after[i] != before[i]) others.insert(paths[i]);
   }
-  EXPECT_EQ(others,
-            (std::set<std::string>{
-                "frame.parallel", "mapper.background", "mapper.bundle.threads", "loops.background",
-                "loops.bundle.threads", "loops.correction.threads", "factors.threads",
-                "factors.background", "depth_pattern.background", "refinement.background"}));
+  EXPECT_EQ(others, std::set<std::string>{"threads"});
 }
 
 }  // namespace

@@ -161,8 +161,7 @@ TEST_F(SlamSystemTest, WaitsForAFirstFrameWithDepth) {
 TEST_F(SlamSystemTest, RepeatsBitForBitWithOneThreadOrTwo) {
   std::vector<Eigen::Matrix4d> poses[2];
   for (const bool parallel : {false, true}) {
-    SlamOptions options = Deterministic({});
-    options.frame.parallel = parallel;
+    const SlamOptions options{.threads = parallel ? 2 : 0};
     SlamSystem system(Sensor(), options);
     for (std::size_t i = 0; i < 40; ++i) {
       ASSERT_EQ(system.Track(Images()[i]).state, TrackingState::kTracking) << i;

@@ -21,13 +21,6 @@ using testing::operator""_kf;
 const LoopSceneOptions kTwoSubmaps{.drift = {0.002, 0.001, 0.0}, .submap_from = 18, .jump = 12};
 constexpr int kInView = 28;
 
-LoopCloserOptions Lockstep() {
-  LoopCloserOptions options;
-  options.background = false;
-  options.correction.threads = options.bundle.threads = 1;
-  return options;
-}
-
 struct Walked {
   std::vector<LoopReport> reports;
   int refused = 0;
@@ -35,7 +28,7 @@ struct Walked {
 };
 
 Walked Walk(LoopScene& scene, const LoopCloserOptions& options) {
-  LoopCloser closer(scene.model, options);
+  LoopCloser closer(scene.model, options, 0);
   Walked walked;
   for (int i = 0; i < scene.size(); ++i) {
     closer.InsertKeyFrame(scene.map, scene.Add(i));
@@ -50,7 +43,7 @@ Walked Walk(LoopScene& scene, const LoopCloserOptions& options) {
 
 TEST(SubmapMerge, JoinsTheSubmapsThatShowOnePlace) {
   LoopScene scene(kTwoSubmaps);
-  const Walked walked = Walk(scene, Lockstep());
+  const Walked walked = Walk(scene, {});
   ASSERT_GE(walked.reports.size(), 2U);
   const LoopReport& first = walked.reports[0];
   EXPECT_TRUE(first.accepted) << first.message;
@@ -69,7 +62,7 @@ TEST(SubmapMerge, JoinsTheSubmapsThatShowOnePlace) {
 TEST(SubmapMerge, OneKeyFrameIsNotEnoughUnlessItIsBeyondDoubt) {
   const auto merged_at = [](double decisive_ratio) {
     LoopScene scene(kTwoSubmaps);
-    LoopCloserOptions options = Lockstep();
+    LoopCloserOptions options;
     options.detector.decisive_ratio = decisive_ratio;
     return Walk(scene, options).merged_at;
   };
@@ -82,7 +75,7 @@ TEST(SubmapMerge, APlaceThatLooksAlikeWithoutItsGeometryJoinsNothing) {
   LoopSceneOptions options = kTwoSubmaps;
   options.shuffled_return = true;
   LoopScene scene(options);
-  const Walked walked = Walk(scene, Lockstep());
+  const Walked walked = Walk(scene, {});
   EXPECT_TRUE(walked.reports.empty());
   EXPECT_EQ(scene.map.roots().size(), 2U);
 }
@@ -91,7 +84,7 @@ TEST(SubmapMerge, APlaceThatHasMostlyChangedJoinsNothing) {
   LoopSceneOptions options = kTwoSubmaps;
   options.strange_return = 0.6;
   LoopScene scene(options);
-  LoopCloserOptions careful = Lockstep();
+  LoopCloserOptions careful;
   careful.detector.min_match_ratio_across_submaps = 1.0;
   const Walked walked = Walk(scene, careful);
   EXPECT_EQ(walked.merged_at, -1);
@@ -102,9 +95,7 @@ TEST(SubmapMerge, APlaceThatHasMostlyChangedJoinsNothing) {
 // with it.
 TEST(SubmapMerge, WhatIsMappedMeanwhileMovesAlong) {
   LoopScene scene(kTwoSubmaps);
-  LoopCloserOptions options;
-  options.correction.threads = options.bundle.threads = 1;
-  LoopCloser closer(scene.model, options);
+  LoopCloser closer(scene.model, {}, 1);
   int i = 0;
   while (!closer.InsertKeyFrame(scene.map, scene.Add(i))) ASSERT_LT(++i, scene.size());
   const Pose before = scene.map.keyframe(KeyFrameId(i))->T_WC;

@@ -23,11 +23,11 @@ class TightCouplingTest : public ::testing::Test {
  protected:
   TightCouplingTest() : place_({}) { options_.tight.max_points = 30, options_.tight.max_lines = 5; }
 
-  void Begin() {
+  void Begin(bool background = true) {
     for (const ImuSample& reading : place_.scene().Readings(0.0, kStart)) buffer_.Add(reading);
     const InertialPrior prior = testing::Start(place_.scene(), kStart, 0.0, {.t_d = 1e-6});
     newest_ = prior.estimate.stamp;
-    coupling_.emplace(place_.scene().calibration(), place_.model(), options_, prior);
+    coupling_.emplace(place_.scene().calibration(), place_.model(), options_, prior, background);
   }
   // Returns the stamp of the image; dark: it shows nothing.
   Stamp Feed(bool dark = false) {
@@ -66,8 +66,7 @@ class TightCouplingTest : public ::testing::Test {
 };
 
 TEST_F(TightCouplingTest, InLockstepWhatAnImageTellsIsThereAtOnce) {
-  options_.tight.background = false;
-  Begin();
+  Begin(false);
   for (int k = 0; k < 3; ++k) {
     const Stamp stamp = Feed();
     const auto result = coupling_->Take();
@@ -79,9 +78,8 @@ TEST_F(TightCouplingTest, InLockstepWhatAnImageTellsIsThereAtOnce) {
 }
 
 TEST_F(TightCouplingTest, LandmarksAreAskedForWhereItIsTimeForAState) {
-  options_.tight.background = false;
   options_.tight.interval = 3 * kImageStep;
-  Begin();
+  Begin(false);
   for (int k = 1; k <= 9; ++k) {
     const Stamp stamp = Feed();
     const auto result = coupling_->Take();
@@ -93,8 +91,7 @@ TEST_F(TightCouplingTest, LandmarksAreAskedForWhereItIsTimeForAState) {
 }
 
 TEST_F(TightCouplingTest, InTheDarkReadingsAddUp) {
-  options_.tight.background = false;
-  Begin();
+  Begin(false);
   Feed();
   ASSERT_TRUE(coupling_->Take());
   for (int k = 0; k < 5; ++k) {
@@ -126,7 +123,6 @@ class CoupledOdometry : public ::testing::TestWithParam<bool> {
  protected:
   static InertialOptions Options() {
     InertialOptions options;
-    options.tight.background = GetParam();
     options.tight.max_points = 60, options.tight.max_lines = 10;
     return options;
   }
@@ -161,7 +157,7 @@ Pose Follow(MappedPlace& place, InertialOdometry& odometry) {
 TEST_P(CoupledOdometry, FindsPoseVelocityAndTimeOffset) {
   constexpr double kOffset = 0.012;
   MappedPlace place({.time_offset = kOffset, .seed = 5});
-  InertialOdometry odometry(place.scene().calibration(), Options(), place.model());
+  InertialOdometry odometry(place.scene().calibration(), Options(), place.model(), GetParam());
   const Pose T_gravity = Follow(place, odometry);
   ASSERT_EQ(odometry.status(), InertialStatus::kRunning);
   const InertialEstimate estimate = *odometry.estimate();
@@ -178,7 +174,7 @@ TEST_P(CoupledOdometry, FindsWhereTheCameraSits) {
   calibration.T_BC = truth * Pose::FromTangent({0.006, -0.006, 0.006}, {0.01, 0.01, -0.01});
   InertialOptions options = Options();
   options.estimate_extrinsics = true;
-  InertialOdometry odometry(calibration, options, place.model());
+  InertialOdometry odometry(calibration, options, place.model(), GetParam());
   Follow(place, odometry);
   ASSERT_EQ(odometry.status(), InertialStatus::kRunning);
   const Pose error = truth.Inverse() * odometry.T_BC();

@@ -54,7 +54,8 @@ class DepthDistortionEstimator::Job {
         options_(finder.options_),
         bundle_(finder.bundle_),
         known_sigma_(finder.sigma_),
-        task_(options_.background, [this](const std::stop_token& stop) { Run(stop); }) {}
+        solver_threads_(std::max(1, finder.threads_)),
+        task_(finder.threads_ > 0, [this](const std::stop_token& stop) { Run(stop); }) {}
 
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }
@@ -101,7 +102,7 @@ class DepthDistortionEstimator::Job {
 
   void Adjust(const DepthPattern& pattern, const std::stop_token& stop) {
     CorrectDepth(camera_, pattern, given_, &map_);
-    BundleAdjuster adjuster(map_, model_, map_.KeyFramesOf(submap_), {}, bundle_);
+    BundleAdjuster adjuster(map_, model_, map_.KeyFramesOf(submap_), {}, bundle_, solver_threads_);
     adjuster.Solve(stop);
     if (stop.stop_requested() || !adjuster.Write(&map_).usable) return;
     correction_ = AdjustedTo(map_, adjuster.outliers(), submap_);
@@ -116,7 +117,8 @@ class DepthDistortionEstimator::Job {
   const DepthPatternOptions options_;
   const BundleAdjustmentOptions bundle_;
   const std::optional<double> known_sigma_;  // [1/m] of the known pattern, RMS
-  double sigma_ = 0.0;                       // [1/m] of the new pattern
+  const int solver_threads_;
+  double sigma_ = 0.0;  // [1/m] of the new pattern
   DepthPattern found_;
   MapEdit correction_;
   BackgroundTask task_;  // last: it uses all of the above and ends first
@@ -124,10 +126,12 @@ class DepthDistortionEstimator::Job {
 
 DepthDistortionEstimator::DepthDistortionEstimator(const PinholeCamera& camera,
                                                    const DepthPatternOptions& options,
-                                                   const BundleAdjustmentOptions& bundle)
+                                                   const BundleAdjustmentOptions& bundle,
+                                                   int threads)
     : camera_(camera),
       options_((options.Validate(), options)),
       bundle_(bundle),
+      threads_(threads),
       next_(static_cast<std::size_t>(options.first)) {}
 
 DepthDistortionEstimator::~DepthDistortionEstimator() = default;

@@ -21,9 +21,10 @@ namespace highwall {
 // (docs/calibration.md, While tracking)
 class DepthDistortionEstimator final : public MapStage {
  public:
-  // camera: with its distortion. bundle: options of the adjustment of a corrected map.
+  // camera: with its distortion. bundle: options of the adjustment of a corrected map. threads: of
+  // its solver, on a thread of its own; 0: computes before Begin() returns.
   DepthDistortionEstimator(const PinholeCamera& camera, const DepthPatternOptions& options,
-                           const BundleAdjustmentOptions& bundle);
+                           const BundleAdjustmentOptions& bundle, int threads = 2);
   // Requests a stop of work that has not ended, and waits for it.
   ~DepthDistortionEstimator() override;
   DepthDistortionEstimator(const DepthDistortionEstimator&) = delete;
@@ -52,6 +53,7 @@ class DepthDistortionEstimator final : public MapStage {
   const PinholeCamera camera_;
   const DepthPatternOptions options_;
   const BundleAdjustmentOptions bundle_;
+  const int threads_;
   DepthPattern pattern_;
   std::optional<double> sigma_;  // [1/m] RMS of the standard deviations of the estimated pattern
   std::size_t next_;             // keyframes of a world at which the next search begins

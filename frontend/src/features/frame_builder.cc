@@ -72,7 +72,7 @@ const FeatureType& Sound(const FeatureType& kind) {
 }  // namespace
 
 FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
-                           std::shared_ptr<PointExtractor> points)
+                           std::shared_ptr<PointExtractor> points, bool parallel)
     : sensor_(sensor),
       options_(options),
       points_(points ? std::move(points) : MakePointExtractor(options)),
@@ -82,7 +82,7 @@ FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& 
   sensor_.Validate();
   options_.Validate();
   const bool both = options.use_lines && options.use_points;
-  team_ = std::make_unique<WorkerTeam>(options.parallel && both ? 2 : 1);
+  team_ = std::make_unique<WorkerTeam>(parallel && both ? 2 : 1);
 }
 
 FrameBuilder::~FrameBuilder() = default;

@@ -28,9 +28,10 @@ struct FrameBuilderTimes {
 // Converts an image and its depth to features: extraction, undistortion, depth association.
 class FrameBuilder {
  public:
-  // points: the extractor; null: that of the options. Throws InvalidArgument for bad options.
+  // points: the extractor; null: that of the options. parallel: points and lines on two threads;
+  // the result is the same. Throws InvalidArgument for bad options.
   FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
-               std::shared_ptr<PointExtractor> points = nullptr);
+               std::shared_ptr<PointExtractor> points = nullptr, bool parallel = true);
   ~FrameBuilder();
 
   // Throws InvalidArgument if the images do not match the sensor; so does Build(), and also if the

@@ -6,8 +6,8 @@ namespace highwall {
 
 InertialOdometry::InertialOdometry(const ImuCalibration& calibration,
                                    const InertialOptions& options,
-                                   const std::optional<MeasurementModel>& model)
-    : impl_(std::make_unique<Impl>(calibration, options, model)) {}
+                                   const std::optional<MeasurementModel>& model, bool background)
+    : impl_(std::make_unique<Impl>(calibration, options, model, background)) {}
 
 InertialOdometry::~InertialOdometry() = default;
 InertialOdometry::InertialOdometry(InertialOdometry&&) noexcept = default;

@@ -107,10 +107,11 @@ std::string Explain(const InitializationReport& report, const InertialInitialize
 }  // namespace
 
 InertialOdometry::Impl::Impl(const ImuCalibration& calibration, const InertialOptions& options,
-                             const std::optional<MeasurementModel>& model)
+                             const std::optional<MeasurementModel>& model, bool background)
     : calibration_(WithFasterWalks((calibration.Validate(), calibration))),
       options_((options.Validate(), options)),
       model_(model),
+      background_(background),
       buffer_(options.buffer),
       initializer_(calibration_, options.initializer, options.estimate_time_offset,
                    ExtrinsicsSigma(options)),
@@ -260,7 +261,8 @@ void InertialOdometry::Impl::StartTight(const InertialPrior& prior) {
   tight_.Cancel();
   if (options_.coupling != InertialCoupling::kTight || !model_) return;
   try {
-    tight_.Put(std::make_unique<TightCoupling>(calibration_, *model_, options_, prior));
+    tight_.Put(
+        std::make_unique<TightCoupling>(calibration_, *model_, options_, prior, background_));
   } catch (const InvalidArgument&) {  // the loosely coupled smoother continues alone
   }
 }

@@ -13,8 +13,9 @@ constexpr double kStampJitter = 5e-3;  // [s] by which an image may be early for
 }  // namespace
 
 TightCoupling::TightCoupling(const ImuCalibration& calibration, const MeasurementModel& model,
-                             const InertialOptions& options, const InertialPrior& prior)
-    : options_(options), window_(calibration, model, options, prior) {}
+                             const InertialOptions& options, const InertialPrior& prior,
+                             bool background)
+    : options_(options), background_(background), window_(calibration, model, options, prior) {}
 
 void TightCoupling::Add(Image image, const Pose& T_WM, const std::function<SeenLandmarks()>& see) {
   pending_ = pending_ ? pending_->Joined(image.imu) : image.imu;
@@ -35,7 +36,7 @@ void TightCoupling::Add(Image image, const Pose& T_WM, const std::function<SeenL
   pending_.reset();
   weighed_ = 0.0;
   since_.clear();
-  task_.emplace(options_.tight.background, [this](const std::stop_token& stop) {
+  task_.emplace(background_, [this](const std::stop_token& stop) {
     const Stopwatch watch;
     try {
       work_->update.accepted = window_.Add(work_->step, stop);

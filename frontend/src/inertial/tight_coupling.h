@@ -44,9 +44,10 @@ class TightCoupling {
     std::vector<Image> since;
   };
 
-  // The parameters are those of VisualInertialWindow.
+  // The parameters are those of VisualInertialWindow. background: on a thread of its own; otherwise
+  // Add() waits for it, and every run gives the same result.
   TightCoupling(const ImuCalibration& calibration, const MeasurementModel& model,
-                const InertialOptions& options, const InertialPrior& prior);
+                const InertialOptions& options, const InertialPrior& prior, bool background = true);
 
   // Adds an image. T_WM: pose of the map. see: returns its map observations, called only if a state
   // is due; empty without images, while readings accumulate.
@@ -70,6 +71,7 @@ class TightCoupling {
   };
 
   InertialOptions options_;
+  bool background_;
   VisualInertialWindow window_;
   std::optional<ImuPreintegration> pending_;  // the readings since its newest state
   double weighed_ = 0.0;                      // [s] integral of the weight over their time

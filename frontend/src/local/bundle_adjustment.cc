@@ -77,9 +77,10 @@ struct BundleAdjuster::Result {
 // The graph of one adjustment and the correspondence of its variables and factors to the map.
 class BundleAdjuster::Problem {
  public:
-  Problem(const MeasurementModel& model, const BundleAdjustmentOptions& options)
+  Problem(const MeasurementModel& model, const BundleAdjustmentOptions& options, int threads)
       : model_(model),
         options_(options),
+        threads_(threads),
         T_CB_(model.T_BC().Inverse()),
         point_loss_(std::make_shared<ceres::HuberLoss>(options.point_huber)),
         line_loss_(std::make_shared<ceres::HuberLoss>(options.line_huber)) {}
@@ -236,7 +237,7 @@ class BundleAdjuster::Problem {
     solve.function_tolerance = options_.tolerance;
     solve.initial_trust_region_radius =
         points_.empty() ? std::min(options_.trust_region, kOfLinesAlone) : options_.trust_region;
-    solve.threads = options_.threads;
+    solve.threads = threads_;
     solve.stop = stopped;
     const SolveSummary summary = graph_.Solve(solve);
     report_.rejected_steps += summary.rejected_steps;
@@ -368,6 +369,7 @@ class BundleAdjuster::Problem {
 
   const MeasurementModel model_;  // a copy: T_BC may be re-estimated while this runs
   const BundleAdjustmentOptions options_;
+  const int threads_;
   const Pose T_CB_;
   std::shared_ptr<ceres::LossFunction> point_loss_, line_loss_;
   FactorGraph graph_;
@@ -387,8 +389,10 @@ class BundleAdjuster::Problem {
 
 BundleAdjuster::BundleAdjuster(const Map& map, const MeasurementModel& model,
                                std::span<const KeyFrameId> free, std::span<const KeyFrameId> fixed,
-                               const BundleAdjustmentOptions& options)
-    : problem_(std::make_unique<Problem>(model, (options.Validate(), options))) {
+                               const BundleAdjustmentOptions& options, int threads)
+    : problem_(std::make_unique<Problem>(model, (options.Validate(), options), threads)) {
+  HIGHWALL_REQUIRE(threads >= 1,
+                   "BundleAdjuster: threads must be at least 1, is " + std::to_string(threads));
   std::vector<KeyFrameId> moving(free.begin(), free.end());
   std::vector<KeyFrameId> held(fixed.begin(), fixed.end());
   const bool all = held.empty();
@@ -425,8 +429,8 @@ BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,
                                     std::span<const KeyFrameId> free,
                                     std::span<const KeyFrameId> fixed,
                                     const BundleAdjustmentOptions& options,
-                                    const std::stop_token& stop) {
-  BundleAdjuster adjuster(map, model, free, fixed, options);
+                                    const std::stop_token& stop, int threads) {
+  BundleAdjuster adjuster(map, model, free, fixed, options, threads);
   adjuster.Solve(stop);
   return adjuster.Write(&map);
 }

@@ -66,8 +66,13 @@ class LocalMapper::Adjustment {
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
-LocalMapper::LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options)
-    : model_(model), options_(options), matcher_(model), corners_(model.camera()) {
+LocalMapper::LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options,
+                         bool background)
+    : model_(model),
+      options_(options),
+      background_(background),
+      matcher_(model),
+      corners_(model.camera()) {
   options_.Validate();
 }
 
@@ -107,7 +112,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   RefreshPoints(keyframe.id, map);
   if (map.NumKeyFramesOf(tracked.submap) > 1) {
     AdjustAround(keyframe.id, map);
-    if (!options_.background) report.bundle = Finish(&map).value_or(BundleAdjustmentReport());
+    if (!background_) report.bundle = Finish(&map).value_or(BundleAdjustmentReport());
   }
   return report;
 }
@@ -274,8 +279,8 @@ void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
     if (std::find(free.begin(), free.end(), observer) == free.end()) fixed.push_back(observer);
   }
   adjustment_ = std::make_unique<Adjustment>(
-      *map.keyframe(id), std::make_unique<BundleAdjuster>(map, model_, free, fixed, options_.bundle),
-      options_.background);
+      *map.keyframe(id),
+      std::make_unique<BundleAdjuster>(map, model_, free, fixed, options_.bundle), background_);
 }
 
 void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {

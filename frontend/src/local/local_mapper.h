@@ -25,8 +25,11 @@ namespace highwall {
 // mapping.)
 class LocalMapper final : public MapStage {
  public:
-  // model: must outlive the mapper.
-  LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options);
+  // model: must outlive the mapper. background: the adjustment runs on a thread of its own and is
+  // applied between frames; otherwise before InsertKeyFrame() returns, and the same input gives the
+  // same map.
+  LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options,
+              bool background = true);
   // Cancels an adjustment that still runs.
   ~LocalMapper() override;
   LocalMapper(const LocalMapper&) = delete;
@@ -80,6 +83,7 @@ class LocalMapper final : public MapStage {
 
   const MeasurementModel& model_;
   LocalMapperOptions options_;
+  const bool background_;
   MapMatcher matcher_;
   CornerRefiner corners_;
   // Landmarks on probation, each with the keyframe that created it, oldest first.

@@ -132,7 +132,7 @@ bool FitsItsNoise(const PoseGraph& graph) {
 class FactorAdjuster::Job {
  public:
   Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, KeyFrameMoves moves,
-      const UserFactorOptions& options, const KeyFrameGraphOptions& graph)
+      const UserFactorOptions& options, const KeyFrameGraphOptions& graph, int threads)
       : map_(std::move(map)),
         submap_(submap),
         all_(CountIn(map_, submap)),
@@ -140,7 +140,8 @@ class FactorAdjuster::Job {
         moves_(std::move(moves)),
         options_(options),
         graph_(graph),
-        task_(options_.background, [this](const std::stop_token& stop) { Run(stop); }) {}
+        solver_threads_(std::max(1, threads)),
+        task_(threads > 0, [this](const std::stop_token& stop) { Run(stop); }) {}
 
   // Ends the job after the current iteration; so does the destructor.
   void Cancel() { task_.Cancel(); }
@@ -207,7 +208,7 @@ class FactorAdjuster::Job {
   bool SolveAsStiffAsFits(const std::atomic<bool>* stopped, KeyFrameGraph* graph) {
     PoseGraphOptions solve;
     solve.estimate_variance_factor = false;
-    solve.solver.threads = options_.threads;
+    solve.solver.threads = solver_threads_;
     solve.solver.stop = stopped;
     const auto count = static_cast<std::int64_t>(graph->keyframes.size());
     const PoseGraph as_made = graph->graph;
@@ -252,13 +253,15 @@ class FactorAdjuster::Job {
   KeyFrameMoves moves_;
   const UserFactorOptions options_;
   const KeyFrameGraphOptions graph_;
+  const int solver_threads_;
   FactorAdjustmentReport report_;
   MapEdit correction_;
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
-FactorAdjuster::FactorAdjuster(const UserFactorOptions& options, const KeyFrameGraphOptions& graph)
-    : options_((options.Validate(), options)), graph_(graph) {}
+FactorAdjuster::FactorAdjuster(const UserFactorOptions& options, const KeyFrameGraphOptions& graph,
+                               int threads)
+    : options_((options.Validate(), options)), graph_(graph), threads_(threads) {}
 
 FactorAdjuster::~FactorAdjuster() = default;
 
@@ -285,7 +288,7 @@ bool FactorAdjuster::Start(const Map& map, SubmapId submap, std::span<const Loop
   adjusted = std::min(adjusted, factors);  // some may have been removed
   if (factors < adjusted + enough) return false;
   Inherit(map, &moves_);
-  job_.Put(std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_));
+  job_.Put(std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_, threads_));
   return true;
 }
 

@@ -1,5 +1,6 @@
 #include "loops/loop_closer.h"
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <mutex>
@@ -20,14 +21,15 @@ struct LoopCloser::Result {
 class LoopCloser::Job {
  public:
   Job(Map map, Loop loop, std::vector<LoopEdge> old_loops, const MeasurementModel& model,
-      const LoopCloserOptions& options)
+      const LoopCloserOptions& options, int threads)
       : map_(std::move(map)),
         loop_(std::move(loop)),
         submap_(map_.keyframe(loop_.edge.keyframe)->submap),
         old_loops_(std::move(old_loops)),
         model_(model),
         options_(options),
-        task_(options_.background, [this](const std::stop_token& stop) { Run(stop); }) {}
+        solver_threads_(std::max(1, threads)),
+        task_(threads > 0, [this](const std::stop_token& stop) { Run(stop); }) {}
 
   // Ends the job after the current iteration; so does the destructor.
   void Cancel() { task_.Cancel(); }
@@ -60,8 +62,8 @@ class LoopCloser::Job {
   }
 
   void Close(const std::stop_token& stop) {
-    LoopCorrectionResult closed =
-        CorrectLoop(old_loops_, loop_, model_, options_.graph, options_.correction, &map_);
+    LoopCorrectionResult closed = CorrectLoop(old_loops_, loop_, model_, options_.graph,
+                                              options_.correction, &map_, solver_threads_);
     Result result;
     result.report.accepted = closed.accepted;
     result.report.message = closed.message;
@@ -75,7 +77,8 @@ class LoopCloser::Job {
     Put(std::move(result));
     if (!closed.accepted || !options_.adjust || stop.stop_requested()) return;
 
-    BundleAdjuster adjuster(map_, model_, map_.KeyFramesOf(submap_), {}, options_.bundle);
+    BundleAdjuster adjuster(map_, model_, map_.KeyFramesOf(submap_), {}, options_.bundle,
+                            solver_threads_);
     adjuster.Solve(stop);
     if (stop.stop_requested()) return;
     const BundleAdjustmentReport bundle = adjuster.Write(&map_);
@@ -103,15 +106,17 @@ class LoopCloser::Job {
   const std::vector<LoopEdge> old_loops_;
   const MeasurementModel model_;  // a copy: T_BC may be re-estimated while this runs
   const LoopCloserOptions options_;
+  const int solver_threads_;
   bool corrected_taken_ = false;
   mutable std::mutex mutex_;
   std::vector<Result> results_;
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
-LoopCloser::LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options)
+LoopCloser::LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options, int threads)
     : model_(model),
       options_((options.Validate(), options)),
+      threads_(threads),
       detector_(model, options.detector, options.graph) {}
 
 LoopCloser::~LoopCloser() = default;
@@ -124,7 +129,8 @@ bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe,
   if (!loop) return false;
   Drop();  // the adjustment after an older loop
   if (prepare) prepare();
-  job_.Put(std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, options_));
+  job_.Put(
+      std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, options_, threads_));
   return true;
 }
 

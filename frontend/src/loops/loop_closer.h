@@ -24,8 +24,10 @@ namespace highwall {
 // section 2.3.)
 class LoopCloser final : public MapStage {
  public:
-  // model: must outlive the closer.
-  explicit LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options = {});
+  // model: must outlive the closer. threads: of the solvers, on a thread of its own; 0: computes
+  // before InsertKeyFrame() returns, and the same input gives the same map.
+  explicit LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options = {},
+                      int threads = 2);
   // Cancels work that has not ended.
   ~LoopCloser() override;
   LoopCloser(const LoopCloser&) = delete;
@@ -66,6 +68,7 @@ class LoopCloser final : public MapStage {
 
   const MeasurementModel& model_;
   LoopCloserOptions options_;
+  const int threads_;
   LoopDetector detector_;
   std::vector<LoopEdge> loops_;
   KeyFrameMoves by_factors_;

@@ -35,7 +35,7 @@ MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, int neighbours,
 // the loop is rejected; message: the reason, or the solver's. by_factors: LoopCorrectionResult.
 bool SolveKeyFrames(std::span<const LoopEdge> old_loops, const Loop& loop,
                     const KeyFrameGraphOptions& graph_options, const LoopCorrectionOptions& options,
-                    Map* map, KeyFrameMoves* by_factors, std::string* message) {
+                    Map* map, int threads, KeyFrameMoves* by_factors, std::string* message) {
   KeyFrameGraph graph =
       MakeKeyFrameGraph(*map, old_loops, graph_options, map->keyframe(loop.edge.keyframe)->submap);
   const double chi2 = LoopChi2(graph, loop.edge, graph_options);
@@ -50,7 +50,7 @@ bool SolveKeyFrames(std::span<const LoopEdge> old_loops, const Loop& loop,
   solve.robust = options.robust;
   solve.max_loop_chi2 = graph_options.max_loop_chi2;
   solve.estimate_variance_factor = false;  // edges come from the poses themselves
-  solve.solver.threads = options.threads;
+  solve.solver.threads = threads;
   const PoseGraphSummary summary = SolvePoseGraph(&graph.graph, solve);
   *message = summary.message;
   if (summary.status == SolveStatus::kFailed) return false;
@@ -79,7 +79,7 @@ bool SolveKeyFrames(std::span<const LoopEdge> old_loops, const Loop& loop,
 LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop& loop,
                                  const MeasurementModel& model,
                                  const KeyFrameGraphOptions& graph_options,
-                                 const LoopCorrectionOptions& options, Map* map) {
+                                 const LoopCorrectionOptions& options, Map* map, int threads) {
   options.Validate();
   graph_options.Validate();
   LoopCorrectionResult result;
@@ -88,8 +88,8 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
     result.merge = PlanMerge(*map, loop.edge, graph_options, &result.message);
     if (!result.merge) return result;
     Apply(*result.merge, map);
-  } else if (!SolveKeyFrames(old_loops, loop, graph_options, options, map, &result.by_factors,
-                             &result.message)) {
+  } else if (!SolveKeyFrames(old_loops, loop, graph_options, options, map, threads,
+                             &result.by_factors, &result.message)) {
     return result;
   }
   result.pose_graph_ms = watch.Milliseconds();

@@ -29,10 +29,11 @@ struct LoopCorrectionResult {
 // Closes a loop between keyframes of the map: if it is consistent with the drift (LoopChi2), solves
 // the pose graph of the keyframes, robust to false loops, moves keyframes and landmarks, and fuses
 // landmarks common to both sides of the loop. Unconnected submaps are merged instead: there is no
-// drift between them, and no graph to solve. old_loops: those closed before.
+// drift between them, and no graph to solve. old_loops: those closed before. threads: >= 1, of the
+// solver; with more than one the last bits vary from run to run.
 LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop& loop,
                                  const MeasurementModel& model,
                                  const KeyFrameGraphOptions& graph_options,
-                                 const LoopCorrectionOptions& options, Map* map);
+                                 const LoopCorrectionOptions& options, Map* map, int threads = 1);
 
 }  // namespace highwall

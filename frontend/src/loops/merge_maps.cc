@@ -18,7 +18,7 @@ namespace {
 // of a whole session follow, and most of them close one.
 LoopCloserOptions WithoutAdjustment(LoopCloserOptions options) {
   options.enabled = true;
-  options.background = options.adjust = false;
+  options.adjust = false;
   return options;
 }
 
@@ -58,7 +58,7 @@ class MapMerger {
   MapMerger(const MeasurementModel& model, const LoopCloserOptions& options, MergedMaps& merged)
       : model_(model),
         options_(options),
-        closer_(model, WithoutAdjustment(options)),
+        closer_(model, WithoutAdjustment(options), 0),
         merged_(merged) {}
 
   // Looks for a keyframe among older ones.

@@ -36,21 +36,21 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
                        const std::optional<ImuCalibration>& imu, Map map,
                        std::shared_ptr<PointExtractor> points)
     : options_((options.Validate(), options)),
-      builder_(sensor, options.frame, std::move(points)),
+      builder_(sensor, options.frame, std::move(points), options.threads > 0),
       model_(sensor, options.measurement, imu ? imu->T_BC : Pose(),
              builder_.feature_type().pyramid),
       tracker_(model_, options.tracker, sensor.timing),
       policy_(options.keyframes),
-      refiner_(model_, sensor.camera, options.refinement, options.tracker),
-      mapper_(model_, options.mapper),
-      loop_closer_(model_, options.loops),
-      factor_adjuster_(options.factors, options.loops.graph),
-      depth_pattern_(sensor.camera, options.depth_pattern, options.loops.bundle),
+      refiner_(model_, sensor.camera, options.refinement, options.tracker, options.threads > 0),
+      mapper_(model_, options.mapper, options.threads > 0),
+      loop_closer_(model_, options.loops, options.threads),
+      factor_adjuster_(options.factors, options.loops.graph, options.threads),
+      depth_pattern_(sensor.camera, options.depth_pattern, options.loops.bundle, options.threads),
       worker_(mapper_, {&loop_closer_, &factor_adjuster_, &depth_pattern_}),
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),
       map_(std::move(map)),
       release_(options.tracker.moving.enabled ? kReleaseDelay : 0.0) {
-  if (imu) inertial_.emplace(*imu, options.inertial, model_);
+  if (imu) inertial_.emplace(*imu, options.inertial, model_, options.threads > 0);
   factor_adjuster_.Adopt(map_);
   const auto ids = map_.keyframe_ids();
   const FeatureType& kind = builder_.feature_type();
@@ -515,7 +515,8 @@ BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
     tracker_.CompensateAll(&map_);
     for (const SubmapId root : map_.roots()) {
       const BundleAdjustmentReport adjusted =
-          AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, options_.loops.bundle);
+          AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, options_.loops.bundle, {},
+                       std::max(1, options_.threads));
       if (root == map_.Root(submap_)) report = adjusted;
       moved |= adjusted.usable;
     }

@@ -59,7 +59,7 @@ class FrameRefiner::Job {
         grid_(refiner.grid_),
         options_(refiner.options_),
         tracker_(refiner.tracker_),
-        task_(options_.background, [this](const std::stop_token& stop) { Run(stop); }) {}
+        task_(refiner.background_, [this](const std::stop_token& stop) { Run(stop); }) {}
 
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }
@@ -157,12 +157,14 @@ class FrameRefiner::Job {
 };
 
 FrameRefiner::FrameRefiner(const MeasurementModel& model, const PinholeCamera& camera,
-                           const FrameRefinementOptions& options, const TrackerOptions& tracker)
+                           const FrameRefinementOptions& options, const TrackerOptions& tracker,
+                           bool background)
     : model_(model),
       camera_(camera),
       grid_(model.camera()),
       options_((options.Validate(), options)),
-      tracker_(tracker) {}
+      tracker_(tracker),
+      background_(background) {}
 
 FrameRefiner::~FrameRefiner() = default;
 

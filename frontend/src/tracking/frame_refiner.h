@@ -32,9 +32,11 @@ struct ImageKnowledge {
 // adjustments. Works on copies, in batches of frames. (docs/tracking.md)
 class FrameRefiner {
  public:
-  // model: must outlive the refiner. camera: with its distortion.
+  // model: must outlive the refiner. camera: with its distortion. background: on a thread of its
+  // own, otherwise within Begin().
   FrameRefiner(const MeasurementModel& model, const PinholeCamera& camera,
-               const FrameRefinementOptions& options, const TrackerOptions& tracker);
+               const FrameRefinementOptions& options, const TrackerOptions& tracker,
+               bool background = true);
   // Cancels work that has not ended.
   ~FrameRefiner();
   FrameRefiner(const FrameRefiner&) = delete;
@@ -68,6 +70,7 @@ class FrameRefiner {
   const DepthGrid grid_;
   const FrameRefinementOptions options_;
   const TrackerOptions tracker_;
+  const bool background_;
   std::vector<Item> waiting_;
   std::optional<PosedFrame> before_;  // the frame preceding those in waiting_
   KeyFrameId newest_ = kNoId;

@@ -93,7 +93,6 @@ struct FrameBuilderOptions {
   // noise, >= 0: colour and depth are registered to no better than a pixel or two, so that next to
   // a depth edge the reading may be that of the other side.
   double depth_spread_share = 1.0;
-  bool parallel = true;  // points and lines on two threads; the result is the same
 
   void Validate() const;
 };

@@ -37,7 +37,8 @@ class InertialOdometry {
   // model: of the camera; without one, images are poses whatever the options. Throws
   // InvalidArgument on bad options.
   explicit InertialOdometry(const ImuCalibration& calibration, const InertialOptions& options = {},
-                            const std::optional<MeasurementModel>& model = std::nullopt);
+                            const std::optional<MeasurementModel>& model = std::nullopt,
+                            bool background = true);
 
   ~InertialOdometry();
   InertialOdometry(InertialOdometry&&) noexcept;

@@ -79,8 +79,6 @@ struct TightWindowOptions {
   // observes: of position and direction, as a random walk.
   double map_drift = 6e-4;  // [m/sqrt(s)] > 0
   double map_turn = 2e-4;   // [rad/sqrt(s)] > 0
-  // On a thread of its own; false: images wait for it, and every run gives the same result.
-  bool background = true;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

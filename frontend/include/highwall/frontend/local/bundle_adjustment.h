@@ -24,9 +24,11 @@ namespace [[gnu::visibility("default")]] highwall {
 class BundleAdjuster {
  public:
   // free, fixed: active keyframes, none in both; if `fixed` is empty the oldest of `free` is held.
-  // model: must outlive the adjuster. Throws InvalidArgument on bad options.
+  // model: must outlive the adjuster. threads: >= 1, of the solver; with more than one the last
+  // bits vary from run to run. Throws InvalidArgument on bad options.
   BundleAdjuster(const Map& map, const MeasurementModel& model, std::span<const KeyFrameId> free,
-                 std::span<const KeyFrameId> fixed, const BundleAdjustmentOptions& options = {});
+                 std::span<const KeyFrameId> fixed, const BundleAdjustmentOptions& options = {},
+                 int threads = 1);
   ~BundleAdjuster();
   BundleAdjuster(const BundleAdjuster&) = delete;
   BundleAdjuster& operator=(const BundleAdjuster&) = delete;
@@ -53,6 +55,6 @@ BundleAdjustmentReport AdjustBundle(Map& map, const MeasurementModel& model,
                                     std::span<const KeyFrameId> free,
                                     std::span<const KeyFrameId> fixed,
                                     const BundleAdjustmentOptions& options = {},
-                                    const std::stop_token& stop = {});
+                                    const std::stop_token& stop = {}, int threads = 1);
 
 }  // namespace highwall

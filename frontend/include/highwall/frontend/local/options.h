@@ -16,7 +16,6 @@ struct BundleAdjustmentOptions {
   // measured parameters in place; a large one lets a few steps straighten the bend of a long loop,
   // which costs next to nothing. With lines only, at most 1e4 is used.
   double trust_region = 1e4;
-  int threads = 2;  // >= 1; with more than one the last bits vary from run to run
 
   void Validate() const;
 };
@@ -40,10 +39,10 @@ struct TriangulationOptions {
 
 // Options of LocalMapper: growth, culling and adjustment of the map around a new keyframe.
 struct LocalMapperOptions {
-  BundleAdjustmentOptions bundle{.threads = 1};  // tracking uses the other threads
-  int adjusted_keyframes = 12;                   // >= 2: maximum number of keyframes moved by it
-  int fixed_keyframes = 20;                      // >= 1: maximum number of fixed keyframes of it
-  int fused_keyframes = 8;  // >= 0: neighbours whose landmarks are searched in a new keyframe
+  BundleAdjustmentOptions bundle{};
+  int adjusted_keyframes = 12;  // >= 2: maximum number of keyframes moved by it
+  int fixed_keyframes = 20;     // >= 1: maximum number of fixed keyframes of it
+  int fused_keyframes = 8;      // >= 0: neighbours whose landmarks are searched in a new keyframe
   // A landmark is culled if it is matched in a smaller share of the frames that had it in view, or
   // if, this many keyframes after its creation, fewer keyframes observe it; also if the removal of
   // a keyframe leaves fewer.
@@ -67,9 +66,6 @@ struct LocalMapperOptions {
   // Moves a keyframe's corners to where they match the first appearance of their landmarks.
   bool refine_corners = true;
   TriangulationOptions triangulation{};
-  // The local adjustment runs on a thread of its own and is applied between frames. false: it runs
-  // before InsertKeyFrame returns; the same input then gives the same map.
-  bool background = true;
   // Wait for an adjustment that is still running when the next keyframe arrives. false: it ends
   // after the current iteration, for a camera that does not wait.
   bool wait = true;

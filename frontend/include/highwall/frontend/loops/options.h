@@ -57,7 +57,6 @@ struct LoopCorrectionOptions {
   RobustLoops robust = RobustLoops::kGnc;
   // >= 0: neighbours on either side of the loop whose landmarks are fused
   int fused_keyframes = 12;
-  int threads = 2;  // >= 1: of the solver; 1 gives bit-equal results on every run
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -73,9 +72,6 @@ struct LoopCloserOptions {
   // Few steps: the pose graph has brought the map near the optimum, and local adjustments continue.
   BundleAdjustmentOptions bundle{
       .first_iterations = 4, .second_iterations = 4, .tolerance = 1e-4, .trust_region = 1e8};
-  // Computes on a thread of its own, on a copy of the map; the result is applied between frames.
-  // false: computes before InsertKeyFrame returns; the same input then gives the same map.
-  bool background = true;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -89,8 +85,6 @@ struct UserFactorOptions {
   double max_angle = 0.1;  // [rad] > 0: sigma of the rotation below which a frame counts as aligned
   // [s] > 0: a measurement between two frames that are farther apart is refused.
   double max_gap = 0.5;
-  int threads = 2;         // >= 1: of the solver; 1 gives bit-equal results on every run
-  bool background = true;  // as LoopCloserOptions::background
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

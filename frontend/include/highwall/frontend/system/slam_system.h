@@ -57,6 +57,10 @@ struct SlamOptions {
   // The given map is not changed, except for how often its landmarks were predicted and matched:
   // frames are localized in it, none becomes a keyframe. Images only, without an IMU.
   bool localize_only = false;
+  // [0, 256]: local adjustments, loops, the tightly coupled smoother and the other stages that do
+  // not hold up a frame each run on a thread of their own, and solvers of a whole map on this many.
+  // 0: synchronous, all on the caller's thread; the same input then gives the same output.
+  int threads = 2;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

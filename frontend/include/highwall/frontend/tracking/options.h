@@ -105,7 +105,6 @@ struct FrameRefinementOptions {
   int waiting = 300;   // >= 1: maximum number of waiting frames; batches of at least thirty
   // >= 1: with rolling shutter, the motion between frames is re-estimated per round
   int rounds = 3;
-  bool background = true;  // on a thread of its own; otherwise immediately
 
   void Validate() const;
 };

@@ -9,7 +9,6 @@ void ForEachOption(OptionsOf<DepthPatternOptions> auto& options, const auto& vis
   visit("enabled", options.enabled);
   visit("first", options.first, AtLeast(3));
   visit("most", options.most, AtLeast(3));
-  visit("background", options.background);
 }
 
 }  // namespace highwall

@@ -60,7 +60,6 @@ void ForEachOption(OptionsOf<FrameBuilderOptions> auto& options, const auto& vis
   visit("use_points", options.use_points);
   visit("use_lines", options.use_lines);
   visit("depth_spread_share", options.depth_spread_share, AtLeast(0.0));
-  visit("parallel", options.parallel);
 }
 
 void ForEachOption(OptionsOf<LineGates> auto& options, const auto& visit) {

@@ -50,7 +50,6 @@ void ForEachOption(OptionsOf<TightWindowOptions> auto& options, const auto& visi
   visit("leaving", options.leaving);
   visit("map_drift", options.map_drift, Finite(Positive()).In("m/sqrt(s)"));
   visit("map_turn", options.map_turn, Finite(Positive()).In("rad/sqrt(s)"));
-  visit("background", options.background);
 }
 
 void ForEachOption(OptionsOf<InertialOptions> auto& options, const auto& visit) {

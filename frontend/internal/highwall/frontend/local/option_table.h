@@ -13,7 +13,6 @@ void ForEachOption(OptionsOf<BundleAdjustmentOptions> auto& options, const auto&
   visit("second_iterations", options.second_iterations, AtLeast(1));
   visit("tolerance", options.tolerance, Finite(AtLeast(0.0)));
   visit("trust_region", options.trust_region, Finite(Positive()));
-  visit("threads", options.threads, AtLeast(1));
 }
 
 void ForEachOption(OptionsOf<TriangulationOptions> auto& options, const auto& visit) {
@@ -41,7 +40,6 @@ void ForEachOption(OptionsOf<LocalMapperOptions> auto& options, const auto& visi
   visit("min_line_length", options.min_line_length, Positive().In("m"));
   visit("refine_corners", options.refine_corners);
   visit("triangulation", options.triangulation);
-  visit("background", options.background);
   visit("wait", options.wait);
 }
 

@@ -14,7 +14,7 @@ namespace [[gnu::visibility("default")]] highwall {
 
 struct MergeMapsOptions {
   MeasurementOptions measurement{};
-  LoopCloserOptions loops{};  // on the caller's thread; `enabled` and `background` are ignored
+  LoopCloserOptions loops{};  // `enabled` is ignored
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -36,7 +36,7 @@ using MergeProgress = std::function<void(std::size_t done, std::size_t total)>;
 // keyframe: submaps that overlap are merged, loops between them are closed, and each world that
 // changed is adjusted at the end. No world moves unless it overlaps another; of two that overlap
 // the older one stays in place, unless the other alone knows gravity. The same maps give the same
-// result, bit for bit, if options.loops.correction.threads and bundle.threads are 1.
+// result, bit for bit: all of it runs on the caller's thread.
 //
 // sensor: of all of them; only the camera and the noise of its depth are used. Maps without
 // keyframes are skipped. Throws InvalidArgument for bad options, and if points of two maps differ

@@ -51,7 +51,6 @@ void ForEachOption(OptionsOf<LoopDetectorOptions> auto& options, const auto& vis
 void ForEachOption(OptionsOf<LoopCorrectionOptions> auto& options, const auto& visit) {
   visit("robust", options.robust);
   visit("fused_keyframes", options.fused_keyframes, AtLeast(0));
-  visit("threads", options.threads, AtLeast(1));
 }
 
 void ForEachOption(OptionsOf<LoopCloserOptions> auto& options, const auto& visit) {
@@ -61,7 +60,6 @@ void ForEachOption(OptionsOf<LoopCloserOptions> auto& options, const auto& visit
   visit("correction", options.correction);
   visit("adjust", options.adjust);
   visit("bundle", options.bundle);
-  visit("background", options.background);
 }
 
 void ForEachOption(OptionsOf<UserFactorOptions> auto& options, const auto& visit) {
@@ -69,8 +67,6 @@ void ForEachOption(OptionsOf<UserFactorOptions> auto& options, const auto& visit
   visit("share", options.share, AtLeast(0.0));
   visit("max_angle", options.max_angle, Positive().In("rad"));
   visit("max_gap", options.max_gap, Positive().In("s"));
-  visit("threads", options.threads, AtLeast(1));
-  visit("background", options.background);
 }
 
 }  // namespace highwall

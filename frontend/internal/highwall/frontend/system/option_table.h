@@ -26,6 +26,7 @@ void ForEachOption(OptionsOf<SlamOptions> auto& options, const auto& visit) {
   visit("depth_pattern", options.depth_pattern);
   visit("submaps", options.submaps);
   visit("localize_only", options.localize_only);
+  visit("threads", options.threads, Within(0, 256));
 }
 
 }  // namespace highwall

@@ -66,7 +66,6 @@ void ForEachOption(OptionsOf<FrameRefinementOptions> auto& options, const auto& 
   visit("keyframes", options.keyframes, AtLeast(0));
   visit("waiting", options.waiting, AtLeast(1));
   visit("rounds", options.rounds, AtLeast(1));
-  visit("background", options.background);
 }
 
 void ForEachOption(OptionsOf<KeyFramePolicyOptions> auto& options, const auto& visit) {
