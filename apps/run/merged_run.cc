@@ -12,7 +12,6 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/feature_type_mismatch.h>
-#include <highwall/frontend/system/slam_system.h>
 
 #include "plots/map_pictures.h"
 #include "plots/sparse_map_picture.h"
@@ -272,9 +271,7 @@ MergedRuns MergeRuns(std::vector<FinishedRun> runs, const MergeProgress& progres
   sensor.depth_noise = NoiseOf(runs);
   std::vector<Map> maps;
   for (FinishedRun& run : runs) maps.push_back(std::exchange(run.saved.map, Map()));
-  MergeMapsOptions options;
-  options.loops = Deterministic({}).loops;
-  result.merged = MergeMaps(sensor, std::move(maps), options, progress);
+  result.merged = MergeMaps(sensor, std::move(maps), {}, progress);
   for (std::size_t i = 0; i < runs.size(); ++i) {
     for (Session& session : runs[i].sessions) {
       // A loaded map has consecutive ids.

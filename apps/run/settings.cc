@@ -166,7 +166,11 @@ void ReadGroup(YamlReader& file, Options* options, const std::string& group = ""
     const std::size_t name = replaced.path.rfind('.') + 1;
     if (replaced.path.substr(0, name) != group) continue;
     file.Read(std::string(replaced.path.substr(name)), std::string("left out (") + kThreads + ")",
-              [&](const std::string& text) { return text == replaced.usual; });
+              [&](const std::string& text) {
+                bool on = false;
+                return text == replaced.usual ||
+                       (replaced.usual == "true" && ReadScalar(text, &on) && on);
+              });
   }
 }
 

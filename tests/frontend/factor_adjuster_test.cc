@@ -66,8 +66,8 @@ class FactorAdjusterTest : public ::testing::Test {
     return std::sqrt(sum / static_cast<double>(ring.truth.size()));
   }
 
-  std::optional<FactorAdjustmentReport> Adjust(const UserFactorOptions& options) {
-    FactorAdjuster adjuster(options, {}, 0);
+  std::optional<FactorAdjustmentReport> Adjust(const UserFactorOptions& options, int threads = 0) {
+    FactorAdjuster adjuster(options, {}, threads);
     return adjuster.BeginLast(map, kFirstSubmap, {}) ? adjuster.Finish(&map) : std::nullopt;
   }
 
@@ -97,7 +97,7 @@ TEST_F(FactorAdjusterTest, TakesTheDriftOutOfTheWholeMap) {
 
 TEST_F(FactorAdjusterTest, InTheBackgroundItComesToTheSame) {
   Measure(0.1);
-  const auto report = Adjust({});
+  const auto report = Adjust({}, 2);
   ASSERT_TRUE(report && report->accepted);
   EXPECT_LT(Error(), 0.1);
 }

@@ -139,6 +139,7 @@ DepthDistortionEstimator::~DepthDistortionEstimator() = default;
 void DepthDistortionEstimator::Begin(const Map& map, const MeasurementModel& model, SubmapId submap,
                                      KeyFrameId given) {
   if (!options_.enabled || !IsIdle() || !job_.HasRoom()) return;
+  job_.Take();  // a search that has found nothing
   const std::size_t keyframes = MadeIn(map, submap, given).size();
   if (keyframes < next_) return;
   next_ = static_cast<std::size_t>(std::ceil(kGrowth * static_cast<double>(keyframes)));
@@ -164,7 +165,7 @@ bool DepthDistortionEstimator::IsIdle() const {
 }
 
 SubmapId DepthDistortionEstimator::submap() const {
-  return IsIdle() ? SubmapId(kNoId) : job_->submap();
+  return job_.IsEmpty() ? SubmapId(kNoId) : job_->submap();
 }
 
 void DepthDistortionEstimator::Drop() {

@@ -56,6 +56,7 @@ class LoopCloser final : public MapStage {
   // Waits for the work to end and applies it. Throws as Update().
   std::vector<LoopReport> Finish(Map* map);
   void Drop() override;
+  void Forget() override { detector_.Forget(); }
   // The accepted and applied loops.
   const std::vector<LoopEdge>& loops() const { return loops_; }
 

@@ -15,9 +15,10 @@ class MapStage {
   virtual bool IsIdle() const = 0;
   // A submap of the world that the work concerns; kNoId if the stage is idle.
   virtual SubmapId submap() const = 0;
-  // Discards the work in progress, and what the stage has learnt about the positions of keyframes,
-  // because the map moves under it. Does not wait for the end of the work.
+  // Discards the work in progress, because the map moves under it. Does not wait for its end.
   virtual void Drop() = 0;
+  // Forgets what the stage has learnt about the positions of keyframes beside its work.
+  virtual void Forget() {}
 
  protected:
   MapStage() = default;

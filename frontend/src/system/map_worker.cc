@@ -21,7 +21,9 @@ void MapWorker::Preempt(const MapStage& by) {
 void MapWorker::Drop(const Map& map, SubmapId submap) {
   const SubmapId root = map.Root(submap);
   const auto drop = [&](MapStage& stage) {
-    if (stage.IsIdle() || map.Root(stage.submap()) == root) stage.Drop();
+    stage.Forget();
+    const SubmapId busy_in = stage.submap();
+    if (busy_in != kNoId && map.Root(busy_in) == root) stage.Drop();
   };
   drop(local_);
   for (MapStage* stage : worlds_) drop(*stage);

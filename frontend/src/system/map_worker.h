@@ -30,8 +30,8 @@ class MapWorker {
   bool IsFree() const;
   // Discards the work of the other stages on worlds.
   void Preempt(const MapStage& by);
-  // Discards what the stages have computed and learnt about the world of the submap, whose map is
-  // changed by none of them.
+  // Discards the work on the world of the submap, which is changed by none of the stages; all
+  // forget what they have learnt about positions.
   void Drop(const Map& map, SubmapId submap);
 
   // Completes the local adjustment in progress, then calls edit(). Returns the report of the

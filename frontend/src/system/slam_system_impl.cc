@@ -487,7 +487,9 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
   bool moved = false;  // by factors
   const auto finish_factors = [&] {
     const auto report = factor_adjuster_.Finish(&map_);
-    moved = moved || (report && report->accepted);
+    if (!report || !report->accepted) return;
+    moved = true;
+    depth_pattern_.Drop();  // its copy is of the map before
   };
   WithTracker([&] {
     mapper_.Finish(&map_);
@@ -514,6 +516,7 @@ BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
   WithTracker([&] {
     tracker_.CompensateAll(&map_);
     for (const SubmapId root : map_.roots()) {
+      worker_.Drop(map_, root);
       const BundleAdjustmentReport adjusted =
           AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, options_.loops.bundle, {},
                        std::max(1, options_.threads));

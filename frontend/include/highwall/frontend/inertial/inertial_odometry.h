@@ -34,8 +34,9 @@ namespace [[gnu::visibility("default")]] highwall {
 // a rotation about the vertical and a translation, and when gravity is aligned again.
 class InertialOdometry {
  public:
-  // model: of the camera; without one, images are poses whatever the options. Throws
-  // InvalidArgument on bad options.
+  // model: of the camera; without one, images are poses whatever the options. background: the
+  // tightly coupled smoother is on a thread of its own; otherwise Update() waits for it, and the
+  // same input gives the same result. Throws InvalidArgument on bad options.
   explicit InertialOdometry(const ImuCalibration& calibration, const InertialOptions& options = {},
                             const std::optional<MeasurementModel>& model = std::nullopt,
                             bool background = true);

@@ -172,7 +172,7 @@ struct SlamInputs {
 
 // Point-line RGB-D(-inertial) SLAM: takes images and IMU readings, returns poses and keyframes.
 // Local adjustments and loop closures are computed on threads of their own and applied between
-// frames (SlamOptions::mapper, loops; Deterministic()).
+// frames (SlamOptions::threads).
 //
 // World W: origin at the first camera, x along its optical axis, z up if the camera was held level;
 // with an IMU z is always up, and the whole map is rotated slightly when gravity has been
