@@ -46,7 +46,7 @@ class ReportCommand : public ::testing::Test {
     return json::parse(text.substr(at, text.find("</script>", at) - at));
   }
   // Returns the page after its scripts, and the log of the browser. Its renderer draws nothing
-  // where the C library is told to emulate another processor, as scripts/compare_processors does.
+  // with a C library that emulates another processor, as in scripts/compare_processors.
   static Outcome Browse(const std::string& page) {
     return RunProgram("env -u GLIBC_TUNABLES timeout 120 chromium",
                       "--headless --no-sandbox --disable-dev-shm-usage --disable-gpu-sandbox "

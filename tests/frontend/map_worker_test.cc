@@ -68,7 +68,7 @@ TEST_F(MapWorkerTest, ALoopDiscardsTheWorkOfTheOtherStagesOnly) {
   EXPECT_EQ(loop.drops, 0);
   EXPECT_EQ(factors.drops, 1);
   EXPECT_EQ(depth.drops, 1);
-  EXPECT_FALSE(mapper.IsIdle()) << "local adjustment goes on until the loop's result";
+  EXPECT_FALSE(mapper.IsIdle()) << "local adjustment continues until the loop's result";
 }
 
 TEST_F(MapWorkerTest, AChangedWorldDiscardsTheWorkOnItAndWhatIdleStagesHaveLearnt) {
