@@ -19,7 +19,7 @@ using testing::Look;
 using testing::SyntheticView;
 using testing::operator""_kf;
 
-// A stage whose work is a submap and a count of the calls to Drop().
+// A stage whose work is a submap; it counts calls.
 class Stage final : public MapStage {
  public:
   explicit Stage(SubmapId submap = kNoId) : submap_(submap) {}
@@ -29,7 +29,8 @@ class Stage final : public MapStage {
     submap_ = kNoId;
     ++drops;
   }
-  int drops = 0;
+  void Forget() override { ++forgets; }
+  int drops = 0, forgets = 0;
 
  private:
   SubmapId submap_;
@@ -71,7 +72,7 @@ TEST_F(MapWorkerTest, ALoopDiscardsTheWorkOfTheOtherStagesOnly) {
   EXPECT_FALSE(mapper.IsIdle()) << "local adjustment continues until the loop's result";
 }
 
-TEST_F(MapWorkerTest, AChangedWorldDiscardsTheWorkOnItAndWhatIdleStagesHaveLearnt) {
+TEST_F(MapWorkerTest, AChangedWorldDiscardsTheWorkOnItAndWhatAllStagesHaveLearnt) {
   LocalMapper mapper(model, {});
   const Pose wrong = InsertWrongly(mapper);
   const SubmapId second = map.AddSubmap();
@@ -81,7 +82,8 @@ TEST_F(MapWorkerTest, AChangedWorldDiscardsTheWorkOnItAndWhatIdleStagesHaveLearn
   worker.Drop(map, kFirstSubmap);
   EXPECT_EQ(here.drops, 1);
   EXPECT_EQ(there.drops, 0);
-  EXPECT_EQ(idle.drops, 1);
+  EXPECT_EQ(idle.drops, 0);
+  for (const Stage* stage : {&here, &there, &idle}) EXPECT_EQ(stage->forgets, 1);
   EXPECT_TRUE(mapper.IsIdle());
   EXPECT_FALSE(mapper.Finish(&map));
   EXPECT_EQ(map.keyframe(1_kf)->T_WC.Matrix(), wrong.Matrix()) << "nothing was applied";
