@@ -68,6 +68,17 @@ class LocalMapperTest : public ::testing::Test {
   LocalMappingReport InsertAt(LocalMapper& mapper, double x) {
     return Insert(mapper, Look(scene, IdealSensor(), At(x)), At(x));
   }
+  // Adds a keyframe with a wrong pose, whose adjustment waits to be applied.
+  Pose InsertWrongly(LocalMapper& mapper) {
+    finish_ = false;
+    InsertAt(mapper, 0.0);
+    Eigen::Matrix<double, 6, 1> error;
+    error << 0.003, -0.002, 0.002, 0.001, 0.001, -0.001;
+    const Pose wrong = At(0.1).Plus(error);
+    const SyntheticView view = Look(scene, IdealSensor(), At(0.1));
+    Insert(mapper, view, Tracked(view, wrong));
+    return wrong;
+  }
 
   const MeasurementModel model{IdealSensor(), {}};
   const Scene scene = MakeScene(23, 300, 40);

@@ -464,14 +464,8 @@ TEST_F(LocalMapperTest, InTheBackgroundNothingMovesBeforeItIsAskedTo) {
 }
 
 TEST_F(LocalMapperTest, WhatIsGivenUpIsNotApplied) {
-  finish_ = false;
   LocalMapper mapper(model, {});
-  InsertAt(mapper, 0.0);
-  Eigen::Matrix<double, 6, 1> error;
-  error << 0.003, -0.002, 0.002, 0.001, 0.001, -0.001;
-  const Pose wrong = At(0.1).Plus(error);
-  const SyntheticView view = Look(scene, IdealSensor(), At(0.1));
-  Insert(mapper, view, Tracked(view, wrong));
+  const Pose wrong = InsertWrongly(mapper);
   mapper.Drop();
   EXPECT_FALSE(mapper.HasResult());
   EXPECT_FALSE(mapper.Finish(&map));

@@ -1,22 +1,16 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <Eigen/Core>
 
 #include "local/local_mapper.h"
 #include "local_mapper_fixture.h"
 #include "support/id_literals.h"
-#include "support/synthetic_scene.h"
 #include "system/map_worker.h"
 
 namespace highwall::map_worker_test {
 namespace {
 
-using testing::At;
-using testing::IdealSensor;
 using testing::LocalMapperTest;
-using testing::Look;
-using testing::SyntheticView;
 using testing::operator""_kf;
 
 // A stage whose work is a submap; it counts calls.
@@ -36,20 +30,7 @@ class Stage final : public MapStage {
   SubmapId submap_;
 };
 
-class MapWorkerTest : public LocalMapperTest {
- protected:
-  // Adds a keyframe with a wrong pose, whose adjustment waits to be applied.
-  Pose InsertWrongly(LocalMapper& mapper) {
-    finish_ = false;
-    InsertAt(mapper, 0.0);
-    Eigen::Matrix<double, 6, 1> error;
-    error << 0.003, -0.002, 0.002, 0.001, 0.001, -0.001;
-    const Pose wrong = At(0.1).Plus(error);
-    const SyntheticView view = Look(scene, IdealSensor(), At(0.1));
-    Insert(mapper, view, Tracked(view, wrong));
-    return wrong;
-  }
-};
+class MapWorkerTest : public LocalMapperTest {};
 
 TEST_F(MapWorkerTest, IsFreeUnlessAStageWorksOnAWorld) {
   LocalMapper mapper(model, {});

@@ -15,7 +15,8 @@ class MapStage {
   virtual bool IsIdle() const = 0;
   // A submap of the world that the work concerns; kNoId if the stage is idle.
   virtual SubmapId submap() const = 0;
-  // Discards the work in progress, because the map moves under it. Does not wait for its end.
+  // Discards the work in progress, because the map moves under it. Waits for
+  // the current iteration at most.
   virtual void Drop() = 0;
   // Forgets what the stage has learnt about the positions of keyframes beside its work.
   virtual void Forget() {}
