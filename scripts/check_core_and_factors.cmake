@@ -3,8 +3,9 @@
 # add_subdirectory, and runs its programs, without a build type, as such a project may be; Highwall
 # by itself is only configured. Uses clang if available, which takes a third of the time.
 # Usage: cmake -D ROOT=<project> -D BUILD=<folder, made anew> [-D TESTS=<regular expression>]
-#              -P scripts/check_core_and_factors.cmake
+#              [-D CONFIGURE_ONLY=ON] -P scripts/check_core_and_factors.cmake
 # TESTS: the test sources that are built and run; "." matches all of them.
+# CONFIGURE_ONLY: neither builds nor runs anything, in seconds instead of minutes.
 cmake_minimum_required(VERSION 3.23)
 if(NOT TESTS)
   set(TESTS "^(core_pose|core_variable_types|factors_variable_types|factors_zero_velocity)_test$")
@@ -37,6 +38,10 @@ run("the configuration" ${CMAKE_COMMAND} -S ${ROOT} -B ${BUILD}/alone -G Ninja
 run("the configuration of a project with both" ${CMAKE_COMMAND}
     -S ${ROOT}/tests/consumer/add_subdirectory -B ${BUILD} -G Ninja
     -DHIGHWALL_BUILD_TESTS=ON -DHIGHWALL_TESTS=${TESTS} -DCMAKE_UNITY_BUILD=ON ${absent})
+if(CONFIGURE_ONLY)
+  file(REMOVE_RECURSE ${BUILD})
+  return()
+endif()
 run("the build" ${CMAKE_COMMAND} --build ${BUILD} --target highwall_tests use_core use_factors)
 run("a test" ${CMAKE_CTEST_COMMAND} --test-dir ${BUILD}/highwall --output-on-failure
     --no-tests=error -R "^(core|factors)/")
