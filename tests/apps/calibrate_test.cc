@@ -161,7 +161,7 @@ TEST(CalibrateCommand, IntrinsicsThatWereNotSeenStayAsTheyAreKnown) {
   EXPECT_GE(unseen, 1) << report;
 }
 
-TEST(CalibrateCommand, FindsWhenTheRowsAreTakenAndWritesWhatItHasSeen) {
+TEST(CalibrateCommand, EstimatesRowTimesAndWritesTheObservableOnes) {
   const testing::TemporaryDirectory folder;
   const fs::path dataset = folder / "walk", written = folder / "found.yaml";
   const simulate::Simulation recording = Recording([](simulate::SimulationOptions& options) {
@@ -179,9 +179,9 @@ TEST(CalibrateCommand, FindsWhenTheRowsAreTakenAndWritesWhatItHasSeen) {
   const FrameTiming found = apps::LoadConfig(written).sensor.timing;
   // The stated value, 0, is kept unless the estimate differs by two standard deviations.
   const auto is_written = [&times](const char* key, double value) {
-    const double told = times[key]["value_s"], sigma = times[key]["sigma_s"];
-    const bool is_off = times[key]["seen"].get<bool>() && std::abs(told) > 2.0 * sigma;
-    return value == (is_off ? told : 0.0);
+    const double value_s = times[key]["value_s"], sigma = times[key]["sigma_s"];
+    const bool is_off = times[key]["seen"].get<bool>() && std::abs(value_s) > 2.0 * sigma;
+    return value == (is_off ? value_s : 0.0);
   };
   EXPECT_TRUE(is_written("colour_readout", found.colour_readout)) << times;
   EXPECT_TRUE(is_written("depth_readout", found.depth_readout)) << times;

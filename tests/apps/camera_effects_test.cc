@@ -65,7 +65,7 @@ SimulationOptions SmallOptions() {
   return options;
 }
 
-TEST(MotionBlur, WidensAnEdgeToTheWayItGoes) {
+TEST(MotionBlur, WidensAnEdgeToThePathThatItMoves) {
   const Rendering edge = MakeEdge(2.0f);
   const MotionBlur blur(SmallCamera());
   // The camera moves sideways by x: the wall moves by f x / z = 8 px.
@@ -121,7 +121,7 @@ TEST(Exposure, TakesTimeFirstAndGainThen) {
   EXPECT_EQ(choose(10.0).time, 0.0);
 }
 
-TEST(Exposure, CornersLoseWhatVignettingSays) {
+TEST(Exposure, DarkensCornersByTheVignetting) {
   const ExposureOptions options{.mode = ExposureMode::kFixed, .vignetting = 0.3};
   cv::Mat bgr(121, 161, CV_32FC3, cv::Scalar::all(100));
   Expose(options, {.scale = 2.0}, &bgr);
@@ -268,7 +268,7 @@ Scene MakePlate(double z) {
   return scene;
 }
 
-TEST(Simulation, WhatMovesIsInFrontOfWhatIsFartherAndBehindWhatIsNearer) {
+TEST(Simulation, AMovingObjectOccludesFartherSurfacesAndIsOccludedByNearerOnes) {
   SimulationOptions options = SmallOptions();
   options.sensor.noise = SensorNoise::kOff;
   options.exposure.mode = ExposureMode::kIdeal;

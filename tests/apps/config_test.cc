@@ -122,7 +122,7 @@ TEST(Config, TakesRangeFactorAndNoiseFromANamedSensor) {
   EXPECT_EQ(named.depth_noise.quadratic, profile.depth_noise.quadratic);
 }
 
-TEST(Config, WhatTheFileSaysGoesBeforeTheSensor) {
+TEST(Config, TheFileOverridesTheSensor) {
   const TemporaryDirectory folder;
   const auto path = folder.path() / "c.yaml";
   WriteText(path, std::string(kCamera) +
@@ -200,7 +200,7 @@ TEST(Config, ReadsAnImu) {
   EXPECT_EQ(imu.accelerometer_range, 39.2);
 }
 
-TEST(Config, NamesWhatIsWrongWithAnImu) {
+TEST(Config, NamesTheFaultOfAnImu) {
   const std::string head = std::string(kCamera) + "depth_factor: 1000\n";
   EXPECT_EQ(LoadMessage(head + "imu: {gyro_noise: 1}\n"),
             ":3: unknown key 'gyro_noise'; did you mean 'gyroscope_noise'?");
@@ -343,7 +343,7 @@ TEST(Config, NamesAValueOutOfRange) {
   EXPECT_NE(message.find("depth_factor must be positive"), std::string::npos) << message;
 }
 
-TEST(Config, RefusesWhatIsNoYamlMap) {
+TEST(Config, RefusesFilesThatAreNoYamlMap) {
   EXPECT_TRUE(LoadMessage("camera: {width: 3\n").find("is not YAML") != std::string::npos);
   EXPECT_EQ(LoadMessage(""), ": holds no 'key: value' lines");
   EXPECT_EQ(LoadMessage("just words\n"), ": holds no 'key: value' lines");
@@ -369,7 +369,7 @@ TEST(ResolveConfig, PrefersTheOptionThenCalibrationYamlThenTheName) {
   EXPECT_EQ(ResolveConfig(file, "/nowhere").config.sensor.camera.fx, 260.5);
 }
 
-TEST(ResolveConfig, SaysWhatToDoWhereNothingIsKnown) {
+TEST(ResolveConfig, AdvisesWhereNothingIsKnown) {
   const TemporaryDirectory folder;
   EXPECT_EQ(MessageOf<IoError>([&] { ResolveConfig("", folder.path()); }),
             folder.path().string() + ": is empty");

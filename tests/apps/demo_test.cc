@@ -12,7 +12,7 @@
 namespace highwall::demo_test {
 namespace {
 
-TEST(Demo, MapsItsRecordingTellsTheErrorAndWhereTheResultsAre) {
+TEST(Demo, MapsItsRecordingAndPrintsTheErrorAndTheResultFolder) {
   const testing::TemporaryDirectory folder("demo");
   simulate::SimulationOptions options;
   options.camera = {

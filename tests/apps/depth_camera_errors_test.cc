@@ -80,7 +80,7 @@ double DifferenceOf(const cv::Mat& a, const cv::Mat& b) {
   return cv::norm(a, b, cv::NORM_INF);
 }
 
-TEST(Readout, AVerticalEdgeLeansByTheWayOfTheCameraMeanwhile) {
+TEST(Readout, AVerticalEdgeLeansByTheMotionDuringTheReadout) {
   SimulationOptions options = Options();
   options.readout = 0.03;
   const SimulatedFrame frame = Along(Eigen::Vector3d::UnitX(), options).Render(kFrame);
@@ -182,7 +182,7 @@ TEST(DepthDelay, ShiftsDepthAndNothingElse) {
   EXPECT_LT(DifferenceOf(frame.depth, plain.Render(kFrame + 1).depth), 1e-6 * kSpeed);
 }
 
-TEST(DepthDelay, WhatMovesIsWhereItIsWhenTheMiddleRowOfDepthIsTaken) {
+TEST(DepthDelay, AMovingObjectIsSeenAtTheTimeOfTheMiddleRowOfDepth) {
   const auto approach = [](double t) {  // a plate, 2 m away in frame kFrame
     Scene plate;
     const int white =

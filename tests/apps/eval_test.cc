@@ -89,7 +89,7 @@ TEST_F(EvalCommand, RelativeErrorCountsPairsAsAsked) {
   EXPECT_GT(rmse("--delta 1.5 --delta-unit m"), 0.0);
 }
 
-TEST_F(EvalCommand, AlignsAbsoluteErrorsBySe3UnlessToldOtherwise) {
+TEST_F(EvalCommand, AlignsAbsoluteErrorsBySe3ByDefault) {
   const auto out = [&](const std::string& options) {
     return Run("eval ape reference.txt estimate.txt --json " + options).out;
   };
@@ -150,7 +150,7 @@ TEST_F(EvalCommand, ExplainsTheError) {
 
 // A walk along the x axis, and an estimate that is alternately 0.1 m to the left and to the right
 // of it, rotated by half a radian about y.
-TEST_F(EvalCommand, AStraightTrackHasAFigureAndSaysWhatIsOpen) {
+TEST_F(EvalCommand, AStraightTrackHasAFigureAndNamesTheUnobservableDirection) {
   std::string track, estimate;
   for (int i = 0; i < 100; ++i) {
     char text[200];

@@ -20,7 +20,7 @@ TEST(ImuChoice, NamesThePolicyAndTheWeight) {
   EXPECT_EQ(ReadImuChoice("")->policy, ImuWeightingOptions().policy) << "the default";
 }
 
-TEST(ImuChoice, RefusesWhatItDoesNotKnow) {
+TEST(ImuChoice, RefusesUnknownValues) {
   for (std::string choice :
        std::vector<std::string>{"on", "Paper", "fixed", "fixed:", "fixed:0", "fixed:-1",
                                 "fixed:nan", "fixed:1001", "fixed:1x"}) {

@@ -141,7 +141,7 @@ TEST(FaultyImu, LosesReadingsAndStampsThemLateOrEarlyButInOrder) {
   EXPECT_NEAR(sigma, 5e-4 * std::sqrt(0.923), 1e-5);
 }
 
-TEST(FaultyImu, TakesOneBlowInEachSpanOfTime) {
+TEST(FaultyImu, SimulatesOneShockInEachInterval) {
   const FaultyImu imu({.blow_interval = 4.0}, CounterRandom(3), kRate);
   const std::vector<ImuSample> readings = Readings(8000), delivered = imu.Delivered(readings);
   int blows = 0, struck = 0;

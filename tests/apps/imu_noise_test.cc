@@ -66,7 +66,7 @@ TEST_F(ImuNoiseCommand, FindsTheDensitiesOfTheStretchAtRest) {
   }
 }
 
-TEST_F(ImuNoiseCommand, PrintsWhatACalibrationTakesAndSaysWhatIsMissing) {
+TEST_F(ImuNoiseCommand, PrintsLinesForACalibrationAndNamesMissingOnes) {
   WriteReadings(12.0, 1e9);
   const Outcome outcome = Run(file().string() + " --plot " + (folder_ / "noise.svg").string());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -78,7 +78,7 @@ TEST_F(ImuNoiseCommand, PrintsWhatACalibrationTakesAndSaysWhatIsMissing) {
   EXPECT_TRUE(Contains(plot, "accelerometer"));
 }
 
-TEST_F(ImuNoiseCommand, TakesAStretchAsToldWithoutLookingForRest) {
+TEST_F(ImuNoiseCommand, TakesTheGivenStretchWithoutLookingForRest) {
   WriteReadings(20.0, 10.0);
   const Outcome outcome = Run(file().string() + " --from 12 --to 15 --assume-rest --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

@@ -93,7 +93,7 @@ TEST_F(InfoTest, DescribesAWholeDataset) {
   EXPECT_TRUE(info["problems"].empty()) << info["problems"];
 }
 
-TEST_F(InfoTest, SaysWhatIsWrongWithAnImu) {
+TEST_F(InfoTest, NamesTheFaultOfTheImu) {
   WriteTum(dataset(), {.textured = true});
   WriteText(dataset() / "imu.csv", ImuText(9.80665));
   json info = InfoJson();
@@ -168,7 +168,7 @@ TEST_F(InfoTest, PrintsTextForPeople) {
   EXPECT_NE(run.out.find("no problems found"), std::string::npos) << run.out;
 }
 
-TEST_F(InfoTest, CountsAndNamesUnreadableFilesAndCarriesOn) {
+TEST_F(InfoTest, CountsAndNamesUnreadableFilesAndContinues) {
   WriteTum(dataset(), {.textured = true});
   Truncate(dataset() / "rgb/102.png");
   std::filesystem::remove(dataset() / "depth/104.png");

@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-TEST(JsonText, WhatIsUtf8StaysAsItIs) {
+TEST(JsonText, KeepsValidUtf8) {
   for (const std::string text : {"", "room", "B\xC3\xBCro", "\xE5\xB7\xA5\xE5\x9C\xB0",
                                  "\xF0\x9F\x9A\x9C", "\xEF\xBF\xBD", "\x7F"}) {
     EXPECT_EQ(ToUtf8(text), text);
@@ -20,7 +20,7 @@ TEST(JsonText, WhatIsUtf8StaysAsItIs) {
   }
 }
 
-TEST(JsonText, AByteThatIsNotUtf8IsACharacterOfItsOwn) {
+TEST(JsonText, MapsEachByteThatIsNotUtf8ToACharacter) {
   EXPECT_EQ(ToUtf8("B\xFCro"), "B\xEE\xBF\xBCro");            // U+EFFC
   EXPECT_EQ(ToUtf8("\x80"), "\xEE\xBE\x80");                  // U+EF80
   EXPECT_EQ(ToUtf8("\xC3"), "\xEE\xBF\x83");                  // truncated

@@ -71,7 +71,7 @@ TEST_P(Kidnap, WalksAsSomebodyDoesOnTheWaysAsWell) {
   }
 }
 
-TEST(Kidnap, LastsAsLongAsItSaysAndTakesEveryWayBack) {
+TEST(Kidnap, LastsAsLongAsStatedAndReturnsOnEveryPath) {
   std::set<WayBack> ways_back;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     ways_back.insert(WayBackOf(seed));

@@ -63,7 +63,7 @@ TEST(LiveReplay, StopsInTheMiddleWithoutWaitingForTheNextFrame) {
   EXPECT_LT(Clock::now() - start, std::chrono::seconds(30));
 }
 
-TEST(LiveReplay, PassesOnWhatStoppedTheReader) {
+TEST(LiveReplay, PassesOnTheErrorOfTheReader) {
   const FakeDataset dataset(0, 1);
   LiveReplay replay(dataset, {});
   EXPECT_TRUE(replay.Next());

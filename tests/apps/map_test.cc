@@ -90,7 +90,7 @@ TEST_F(MapCommand, TheOctreeIsDrawnInViridis) {
   EXPECT_EQ(blue, 0) << "the rainbow has pure blue below";
 }
 
-TEST_F(MapCommand, TheCloudLiesOnTheTrueSurfaceAndCoversWhatWasSeen) {
+TEST_F(MapCommand, TheCloudLiesOnTheTrueSurfaceAndCoversTheVisiblePart) {
   ASSERT_EQ(Build().exit_code, 0);
   const Outcome outcome =
       Map("compare " + Out() + "/cloud.ply " + Dataset() +
@@ -106,7 +106,7 @@ TEST_F(MapCommand, TheCloudLiesOnTheTrueSurfaceAndCoversWhatWasSeen) {
   EXPECT_LT(json::parse(whole.out)["thresholds"][1]["recall"], 0.9);
 }
 
-TEST_F(MapCommand, AsksForWhatWasSeenWithinTheRangeAlone) {
+TEST_F(MapCommand, MeasuresCompletenessWithinTheRangeOnly) {
   ASSERT_EQ(Build().exit_code, 0);
   const auto seen = [&](const std::string& range) {
     const Outcome outcome =

@@ -209,7 +209,7 @@ TEST_F(MergeTest, MergedRunsMergeOnWithMapsAndRuns) {
   EXPECT_LT(AbsolutePoseError(Truth(), Read("second/trajectory.txt")).statistics.rmse, 0.01);
 }
 
-TEST_F(MergeTest, ASessionGoesOnInTheMergedMap) {
+TEST_F(MergeTest, ASessionContinuesTheMergedMap) {
   ASSERT_EQ(In("merge run_monday run_tuesday --out base").exit_code, 0);
   const Outcome outcome =
       In("slam --deterministic --no-map --dataset meanwhile --load-map base/map.hwmap --localize "
@@ -219,7 +219,7 @@ TEST_F(MergeTest, ASessionGoesOnInTheMergedMap) {
   EXPECT_GT(Read("localized/trajectory.txt").size(), 40U) << "of 45";
 }
 
-TEST_F(MergeTest, WhatCannotBeMergedIsRefusedInOneLine) {
+TEST_F(MergeTest, RefusesRunsThatCannotBeMergedInOneLine) {
   const auto refused = [&](const std::string& arguments, int code,
                            const std::vector<std::string>& parts) {
     SCOPED_TRACE(arguments);

@@ -79,12 +79,12 @@ TEST_P(OpenPit, DriveIsSteadyAndKeepsClear) {
   EXPECT_GT(roughness(bumpy.begin + 0.5, bumpy.end - 0.5), 2.0 * roughness(2.0, bumpy.begin));
   for (const Stretch& stretch : simulation.stretches()) EXPECT_LE(stretch.end, options.duration);
   if (GetParam() == "mine") return;
-  const std::vector<Stretch> told = RoadStretches(options);
-  ASSERT_EQ(told.size(), simulation.stretches().size());
-  for (std::size_t i = 0; i < told.size(); ++i) {
-    EXPECT_EQ(told[i].kind, simulation.stretches()[i].kind) << i;
-    EXPECT_EQ(told[i].begin, simulation.stretches()[i].begin) << i;
-    EXPECT_EQ(told[i].end, simulation.stretches()[i].end) << i;
+  const std::vector<Stretch> listed = RoadStretches(options);
+  ASSERT_EQ(listed.size(), simulation.stretches().size());
+  for (std::size_t i = 0; i < listed.size(); ++i) {
+    EXPECT_EQ(listed[i].kind, simulation.stretches()[i].kind) << i;
+    EXPECT_EQ(listed[i].begin, simulation.stretches()[i].begin) << i;
+    EXPECT_EQ(listed[i].end, simulation.stretches()[i].end) << i;
   }
 }
 

@@ -172,7 +172,7 @@ TEST_F(OutputFolder, OfARunTakesNoMapsOfAnotherWorld) {
   ExpectRefused("map out --dataset recording --out out", "highwall map: recording");
 }
 
-TEST_F(OutputFolder, OfTheRunThatMadeAMapIsNotThatOfTheRunThatGoesOnInIt) {
+TEST_F(OutputFolder, RefusesToWriteIntoTheFolderOfTheMapThatItContinues) {
   Fill("out", kRun);
   WriteText(out() / "map.hwmap", "of the first session");
   WriteText(out() / "saved.hwmap", "of the first session");

@@ -55,7 +55,7 @@ RecordedMotion Fit(const Captured& captured) {
                            {.noise = kNoise, .orientation_sigma = 2e-3, .error_lasts = 0.0125});
 }
 
-TEST(RecordedMotion, IsNearerToTheTruthThanWhatWasCaptured) {
+TEST(RecordedMotion, IsNearerToTheTruthThanTheCapturedMotion) {
   const Captured captured = Capture(1);
   const RecordedMotion motion = Fit(captured);
   ASSERT_GT(motion.states.size(), 470U);
@@ -142,7 +142,7 @@ TEST(RecordedMotion, RefusesMostlyHolesAndReadingsOfAnotherUnit) {
   EXPECT_THROW(Fit(degrees), InvalidArgument);
 }
 
-TEST(RecordedMotion, RefusesWhatIsTooShortAndGapsInTheReadings) {
+TEST(RecordedMotion, RefusesShortRecordingsAndGapsInTheReadings) {
   Captured captured = Capture(5);
   EXPECT_THROW(Fit({{}, captured.readings}), InvalidArgument);
   EXPECT_THROW(Fit({captured.poses, {captured.readings.begin(), captured.readings.begin() + 500}}),

@@ -85,7 +85,7 @@ TEST(ReportCloud, IsThinnedEvenlyToItsLimit) {
   for (const int points : quarters) EXPECT_NEAR(points, static_cast<int>(thinned.size() / 4), 60);
 }
 
-TEST(ReportCloud, KeepsWhatIsSmallAsItIs) {
+TEST(ReportCloud, KeepsASmallCloudUnchanged) {
   const json cloud =
       CloudJson({{{1.0f, 2.0f, 3.0f}, {10, 20, 30}}, {{2.0f, 2.5f, 3.0f}, {40, 50, 60}}}, 100);
   EXPECT_EQ(cloud["count"], 2);
@@ -226,7 +226,7 @@ std::string Joined(const std::vector<std::string>& words) {
   return text;
 }
 
-TEST(ReportWords, SayWhatWasTrackedAndMapped) {
+TEST(ReportWords, DescribeTrackingAndMapping) {
   const std::string text = Joined(SummaryInWords(RunOf(200, 0), nullptr));
   EXPECT_NE(text.find("200 of 200 frames have a pose, 100.0 % of the recording."),
             std::string::npos)
@@ -248,7 +248,7 @@ TEST(ReportWords, SayHowManyColourImagesHaveNoDepth) {
       << text;
 }
 
-TEST(ReportWords, SayWhyFramesWereLostAndWhatHelps) {
+TEST(ReportWords, ExplainLostFramesAndAdvise) {
   json run = RunOf(200, 8);
   run["loss_reasons"] = {{"dark", 6}, {"too fast", 2}};
   const std::string text = Joined(SummaryInWords(run, nullptr));
@@ -271,7 +271,7 @@ TEST(ReportWords, SayWhereTheImagesContradictedTheImu) {
   EXPECT_EQ(Joined(SummaryInWords(run, nullptr)).find("contradicted"), std::string::npos);
 }
 
-TEST(ReportWords, SayWhichRowTimesWereHardlySeen) {
+TEST(ReportWords, NameRowTimesThatWereHardlyObservable) {
   json run = RunOf(200, 0);
   run["frame_timing_s"] = {
       {"value", {{"colour_readout", 0.02}, {"depth_readout", 0.001}, {"depth_delay", -0.01}}},
@@ -294,7 +294,7 @@ TEST(ReportWords, GiveTheErrorInReadableUnits) {
   EXPECT_NE(text.find("50.0 % of the time of the ground truth"), std::string::npos) << text;
 }
 
-TEST(ReportPage, WhatIsInTheDataStaysData) {
+TEST(ReportPage, EscapesTheData) {
   const std::string evil = "</script><script>alert(1)</script><!-- scripts -->";
   const std::string page = HtmlPage("a </title> & b", {{"name", evil}});
   EXPECT_EQ(page.find("alert(1)</script>"), std::string::npos);

@@ -125,7 +125,7 @@ TEST_F(ReportCommand, AnotherGroundTruthCanBeGiven) {
   EXPECT_TRUE(DataOf(*folder_ / "with.html")["runs"][0]["errors"].contains("ape"));
 }
 
-TEST_F(ReportCommand, WhatIsNoRunIsRefusedInOneLine) {
+TEST_F(ReportCommand, RefusesFoldersWithoutARunInOneLine) {
   testing::ExpectRefused(Highwall("report nowhere --out x.html"), 2,
                          {"nowhere", "is no finished run"});
   testing::ExpectRefused(Highwall("report dataset --out x.html"), 2,
@@ -160,7 +160,7 @@ TEST_F(ReportCommand, ABrowserDrawsThePage) {
 }
 
 // The room has no IMU: the messages of a run with an IMU are added to its result.
-TEST_F(ReportCommand, TheImuIsShownWithWhatTheImagesContradict) {
+TEST_F(ReportCommand, TheImuIsShownWithTheReadingsThatImagesContradict) {
   if (!HasBrowser()) GTEST_SKIP() << "needs Debian's chromium";
   fs::copy(*folder_ / "points", *folder_ / "inertial");
   json run = json::parse(ReadText(*folder_ / "inertial/run.json"));

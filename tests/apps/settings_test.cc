@@ -71,7 +71,7 @@ class SettingsTest : public ::testing::Test {
   std::filesystem::path file_ = folder_.path() / "settings.yaml";
 };
 
-TEST_F(SettingsTest, WhatIsWrittenIsReadBackWhateverItIs) {
+TEST_F(SettingsTest, ReadsBackEverySetting) {
   SlamOptions options;
   EXPECT_EQ(SettingsFile(Read(SettingsFile(options))), SettingsFile(options));
   EXPECT_TRUE(ChangedSettings(options).empty());

@@ -287,7 +287,7 @@ TEST(SimulateCommand, WritesTheRoomIntoAnEmptyFolderToo) {
   EXPECT_EQ(CountEntries(folder.path() / "depth"), 2);
 }
 
-TEST(SimulateCommand, LeavesTheImuOutWhereItIsToldTo) {
+TEST(SimulateCommand, LeavesTheImuOutOnRequest) {
   const TemporaryDirectory folder;
   const Outcome run =
       Highwall("simulate room --duration 0.03 --imu off --out " + folder.path().string());
@@ -297,7 +297,7 @@ TEST(SimulateCommand, LeavesTheImuOutWhereItIsToldTo) {
   EXPECT_FALSE(apps::LoadConfig(apps::CalibrationFile(folder.path())).imu.has_value());
 }
 
-TEST(SimulateCommand, MovesTheClockOfTheImuAndRestsAtFirst) {
+TEST(SimulateCommand, MovesTheClockOfTheImuAndIsStationaryAtFirst) {
   const TemporaryDirectory folder;
   const Outcome run = Highwall("simulate room --duration 0.03 --noise off --rest 1 " +
                                ("--time-offset -0.03 --out " + folder.path().string()));
@@ -399,7 +399,7 @@ TEST(SimulateCommand, DepthWithoutBiasIsOffByZeroAndNotByLessThanZero) {
             std::string::npos);
 }
 
-TEST(SimulateCommand, TellsTheErrorsOfTheCameraWhereItIsToldTo) {
+TEST(SimulateCommand, WritesTheErrorsOfTheCameraOnRequest) {
   const TemporaryDirectory folder;
   const std::string errors =
       "simulate room --duration 0.03 --scale 0.2 --readout 0.03 --depth-delay 0.02 "
@@ -425,7 +425,7 @@ TEST(SimulateCommand, TellsTheErrorsOfTheCameraWhereItIsToldTo) {
   }
 }
 
-TEST(SimulateCommand, ReadoutsOutOfRangeAreUsageErrorsThatSayWhatTheLimitIs) {
+TEST(SimulateCommand, ReadoutsOutOfRangeAreUsageErrorsThatStateTheLimit) {
   const TemporaryDirectory folder;
   const std::string command = "simulate room --out " + (folder.path() / "x").string();
   const auto refused = [&](const std::string& bad, const std::string& why) {

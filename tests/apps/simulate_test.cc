@@ -79,7 +79,7 @@ TEST(Renderer, DepthOfASlantedWallFollowsItsEquationThroughADistortedLens) {
   }
 }
 
-TEST(Renderer, AveragesWhatIsTooFineToSee) {
+TEST(Renderer, AveragesStructureFinerThanAPixel) {
   // At 60 m the 0.2 m tiles are half a pixel wide: unfiltered, the image would show moire patterns.
   Renderer renderer(MakeWallScene(60.0, 0.0, true), SmallCamera());
   const cv::Mat green = [&] {

@@ -164,7 +164,7 @@ TEST(SlamArguments, EachSwitchOfTheCommandHasItsCase) {
   }
 }
 
-TEST(SlamArguments, WhatIsNoOptionOfTheRunReachesTheArguments) {
+TEST(SlamArguments, OtherOptionsThanThoseOfTheRunReachTheArguments) {
   EXPECT_EQ(Parse("").dataset, "d");
   EXPECT_EQ(Parse("").out, "o");
   EXPECT_EQ(Parse("--config tum1").config, "tum1");

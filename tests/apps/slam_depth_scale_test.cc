@@ -62,7 +62,7 @@ class SlamDepthScale : public ::testing::Test {
   testing::TemporaryDirectory folder_;
 };
 
-TEST_F(SlamDepthScale, ReportsADepthThatReadsTooLongAndWhatToDo) {
+TEST_F(SlamDepthScale, ReportsADepthThatReadsTooLongAndAdvises) {
   WriteSequence(20.0, 0.0);
   Miscalibrate();
   const Outcome bad = Slam();

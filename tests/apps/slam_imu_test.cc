@@ -137,7 +137,7 @@ TEST_F(SlamWithImu, TakesTheImuByDefaultAndEachOfItsWeights) {
   EXPECT_EQ(report["options"]["imu"], "off");
 }
 
-TEST_F(SlamWithImu, SaysWhichWindowRan) {
+TEST_F(SlamWithImu, ReportsTheSmootherThatRan) {
   const Outcome outcome = SlamOnDataset("--no-map --json --inertial loose");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json report = json::parse(outcome.out);
@@ -169,7 +169,7 @@ TEST_F(SlamWithImu, AnImuThatIsAskedForMustBeThere) {
   EXPECT_EQ(SlamOnDataset("--no-map").exit_code, 0);
 }
 
-TEST_F(SlamWithImu, GoesOnWithoutAnImuThatIsNotANumber) {
+TEST_F(SlamWithImu, ContinuesWithoutAnImuWhoseReadingsAreNotNumbers) {
   Spoil([](std::vector<double>& reading) {
     reading[4] = std::numeric_limits<double>::quiet_NaN();
     return true;
@@ -177,7 +177,7 @@ TEST_F(SlamWithImu, GoesOnWithoutAnImuThatIsNotANumber) {
   ExpectFallback({"imu.csv", "the IMU is not used"});
 }
 
-TEST_F(SlamWithImu, GoesOnWithoutAnImuThatIsFrozen) {
+TEST_F(SlamWithImu, ContinuesWithoutAFrozenImu) {
   std::vector<double> first;
   Spoil([&](std::vector<double>& reading) {
     if (first.empty()) first = reading;
@@ -269,7 +269,7 @@ TEST_F(SlamWithImu, CountsIntervalsAtTheEndOfTheRange) {
       << text.out;
 }
 
-TEST_F(SlamWithImu, GoesOnWithoutAGyroscopeInDegrees) {
+TEST_F(SlamWithImu, ContinuesWithoutAGyroscopeInDegrees) {
   Spoil([](std::vector<double>& reading) {
     for (int i = 1; i < 4; ++i) reading[static_cast<std::size_t>(i)] *= 180.0 / M_PI;
     return true;
@@ -277,7 +277,7 @@ TEST_F(SlamWithImu, GoesOnWithoutAGyroscopeInDegrees) {
   ExpectFallback({"imu.csv", "deg/s"});
 }
 
-TEST_F(SlamWithImu, GoesOnWithoutAnAccelerometerOfTheWrongSign) {
+TEST_F(SlamWithImu, ContinuesWithoutAnAccelerometerOfTheWrongSign) {
   Spoil([](std::vector<double>& reading) {
     for (int i = 4; i < 7; ++i) reading[static_cast<std::size_t>(i)] *= -1.0;
     return true;
@@ -285,7 +285,7 @@ TEST_F(SlamWithImu, GoesOnWithoutAnAccelerometerOfTheWrongSign) {
   ExpectFallback({"the IMU was not used"});
 }
 
-TEST_F(SlamWithImu, GoesOnWhereTheReadingsHaveGaps) {
+TEST_F(SlamWithImu, ContinuesWhereTheReadingsHaveGaps) {
   int line = 0;
   Spoil([&](std::vector<double>&) { return ++line % 120 < 70; });
   const Outcome outcome = SlamOnDataset("--no-map --json");
@@ -294,7 +294,7 @@ TEST_F(SlamWithImu, GoesOnWhereTheReadingsHaveGaps) {
   EXPECT_EQ(json::parse(outcome.out)["lost_frames"], 0);
 }
 
-TEST_F(SlamWithImu, GoesOnWhereTheImuIsShorterThanTheVideo) {
+TEST_F(SlamWithImu, ContinuesWhereTheImuIsShorterThanTheVideo) {
   int line = 0;
   Spoil([&](std::vector<double>&) { return ++line < 350; });
   const Outcome outcome = SlamOnDataset("--no-map --json");
@@ -305,7 +305,7 @@ TEST_F(SlamWithImu, GoesOnWhereTheImuIsShorterThanTheVideo) {
   EXPECT_EQ(report["frames"], kFrames);
 }
 
-TEST_F(SlamWithImu, GoesOnWithoutAnImuOfAnotherClockUnlessItIsAskedFor) {
+TEST_F(SlamWithImu, ContinuesWithoutAnImuOfAnotherClockUnlessTheImuIsRequired) {
   Spoil([](std::vector<double>& reading) {
     reading[0] += 1e15;
     return true;
@@ -314,7 +314,7 @@ TEST_F(SlamWithImu, GoesOnWithoutAnImuOfAnotherClockUnlessItIsAskedFor) {
   ExpectFallback({"imu.csv", "another clock", "the IMU is not used"});
 }
 
-TEST_F(SlamWithImu, GoesOnWithoutAMalformedImuUnlessItIsAskedFor) {
+TEST_F(SlamWithImu, ContinuesWithoutAMalformedImuUnlessTheImuIsRequired) {
   WriteText(imu_file(), "1000000000,0,0,0,0,0\n");
   ExpectRefused({"imu.csv:1: has 6 fields"}, "--imu paper");
   ExpectFallback({"imu.csv:1: has 6 fields", "the IMU is not used"});

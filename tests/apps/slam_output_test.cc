@@ -100,7 +100,7 @@ TEST_F(SlamOutput, AFolderOfASavedMapThatCannotBeMadeIsRefusedBeforeTheWork) {
 }
 
 // Files that do not fit are missing and are named with the reason; all others are complete.
-TEST_F(SlamOutput, AFullDiskCostsNoMoreThanWhatDoesNotFit) {
+TEST_F(SlamOutput, AFullDiskKeepsTheFilesThatFit) {
   WriteSequence(8);
   const fs::path map = folder_ / "room.hwmap";
   const std::string options = "--adjust-all --save-map " + map.string();

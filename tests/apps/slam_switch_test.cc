@@ -68,7 +68,7 @@ TEST_F(SlamSwitch, TheResolutionIsTheOctreesAndTouchesNoPose) {
   EXPECT_TRUE(ReadText(coarse / "trajectory.txt") == ReadText(fine / "trajectory.txt"));
 }
 
-TEST_F(SlamSwitch, WhatMovesIsSetAsideUnlessThatIsOff) {
+TEST_F(SlamSwitch, MasksDynamicObjectsUnlessSwitchedOff) {
   simulate::SimulationOptions options = testing::SmallRoomOptions();
   options.fps = 8.0;
   options.duration = 3.0;

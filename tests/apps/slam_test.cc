@@ -254,7 +254,7 @@ TEST_F(SlamCommand, LiveItKeepsThePaceOfTheStampsAndCountsWhatItDrops) {
   EXPECT_EQ(SlamOnDataset("--live --deterministic").exit_code, 1);
 }
 
-TEST_F(SlamCommand, ALaterRunGoesOnInASavedMap) {
+TEST_F(SlamCommand, ALaterRunContinuesASavedMap) {
   WriteSequence(30);
   const fs::path map = dataset().parent_path() / "room.hwmap";
   ASSERT_EQ(SlamOnDataset("--no-map --save-map " + map.string()).exit_code, 0);
@@ -492,14 +492,14 @@ TEST_F(SlamCommand, QuotesNoControlCharactersOfAFile) {
   EXPECT_TRUE(Contains(outcome.err, "'?[31mred' is not a time stamp")) << outcome.err;
 }
 
-TEST_F(SlamCommand, SkipsUnreadableImagesAndCarriesOn) {
+TEST_F(SlamCommand, SkipsUnreadableImagesAndContinues) {
   WriteSequence(8);
   WriteText(Images("rgb")[3], "no picture");
   fs::remove(Images("depth")[5]);
   ExpectSkipped({Images("rgb")[3].string() + ": is not an image", ": cannot be read"}, 8);
 }
 
-TEST_F(SlamCommand, SkipsTruncatedImagesAndCarriesOn) {
+TEST_F(SlamCommand, SkipsTruncatedImagesAndContinues) {
   WriteSequence(8);
   Truncate(Images("rgb")[2]);
   Truncate(Images("depth")[6]);
@@ -508,14 +508,14 @@ TEST_F(SlamCommand, SkipsTruncatedImagesAndCarriesOn) {
                 8);
 }
 
-TEST_F(SlamCommand, SkipsDepthOfAnotherSizeAndCarriesOn) {
+TEST_F(SlamCommand, SkipsDepthOfAnotherSizeAndContinues) {
   WriteSequence(8);
   cv::imwrite(Images("depth")[4].string(), cv::Mat(48, 64, CV_16UC1, cv::Scalar(5000)));
   ExpectSkipped({Images("depth")[4].string() + ": is 64 x 48, but its colour image is 320 x 240"},
                 8);
 }
 
-TEST_F(SlamCommand, SkipsAFrameWithoutDepthAndCarriesOn) {
+TEST_F(SlamCommand, SkipsAFrameWithoutDepthAndContinues) {
   WriteSequence(8);
   cv::imwrite(Images("depth")[4].string(), cv::Mat::zeros(240, 320, CV_16UC1));
   ExpectSkipped({Images("depth")[4].string() + ": holds no depth: all zero"}, 8);

@@ -45,7 +45,7 @@ TEST(StopSignals, ASecondOneEndsTheProcessAtOnce) {
       ::testing::ExitedWithCode(129), "");
 }
 
-TEST(StopSignals, WhatHandledThemBeforeDoesSoAgain) {
+TEST(StopSignals, RestoresTheEarlierHandlers) {
   { const StopSignals signals; }
   EXPECT_EXIT(::raise(SIGTERM), ::testing::KilledBySignal(SIGTERM), "");
 }

@@ -169,7 +169,7 @@ TEST_F(TrajectoryTables, ValuesDecideTheUnitAndSayTheOrderThatIsTaken) {
   EXPECT_EQ(Read(Table(euroc)).assumed, "") << "17 columns are EuRoC's ground truth";
 }
 
-TEST_F(TrajectoryTables, AFirstPoseWithoutRotationTellsTheOrder) {
+TEST_F(TrajectoryTables, AFirstPoseWithoutRotationRevealsTheOrder) {
   const std::string pose = ",0.1,0.2,0.3,";
   for (const std::string& stamp : {std::string("1.5"), std::string("1403636580000000000")}) {
     for (const bool w_first : {false, true}) {
@@ -200,7 +200,7 @@ TEST_F(TrajectoryTables, TheUnitFollowsFromYearsAndFromThePace) {
   }
 }
 
-TEST_F(TrajectoryTables, AHeadingWhoseUnitCannotBeIsNotBelievedAndThatIsSaid) {
+TEST_F(TrajectoryTables, AssumesSecondsWhereTheHeadingStatesAnImpossibleUnit) {
   const Form form{
       .heading = "#timestamp [ns],px,py,pz,qw,qx,qy,qz\n", .separator = ',', .w_first = true};
   ExpectPoses(Table(form));
@@ -269,7 +269,7 @@ TEST_F(TrajectoryTables, OtherNumbersThanPositionAndQuaternionAreRefusedWithThei
   }
 }
 
-TEST_F(TrajectoryTables, WhatIsNoTableIsRefusedWithItsLine) {
+TEST_F(TrajectoryTables, RefusesOtherTextNamingItsLine) {
   EXPECT_TRUE(Contains(Refusal("hello world\n" + Table({})), "poses.txt:1: is neither a pose nor"));
   EXPECT_TRUE(Contains(Refusal("a b c\n"), "poses.txt:1: is neither a pose nor"));
   EXPECT_TRUE(Contains(Refusal(Table({}) + "timestamp tx ty tz qx qy qz qw\n"),

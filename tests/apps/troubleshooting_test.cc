@@ -529,7 +529,7 @@ TEST_F(Troubleshooting, EveryMessageOfThePageIsSaidAndNoneSpeaksOfTheCode) {
   }
 }
 
-TEST(TroubleshootingPage, SaysMatchesWhatVaries) {
+TEST(TroubleshootingPage, SaysMatchesVariableParts) {
   EXPECT_TRUE(Says("a b c", "a … c"));
   EXPECT_TRUE(Says("before a b", "a b"));
   EXPECT_FALSE(Says("c b a", "a … c"));

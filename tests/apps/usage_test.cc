@@ -18,7 +18,7 @@ Outcome Highwall(const std::string& arguments) {
   return testing::RunProgram(testing::kHighwallProgram, arguments);
 }
 
-TEST(Usage, WithoutAnythingItSaysWhatToDoFirst) {
+TEST(Usage, WithoutArgumentsItNamesTheFirstStep) {
   const Outcome outcome = Highwall("");
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_EQ(outcome.out, "");

@@ -226,7 +226,7 @@ TEST(AbusedSequence, HoldsTheFirstFramesAlone) {
 
 // --- Colour ---
 
-TEST(MotionBlur, SpreadsAPointAlongAWayOfItsLength) {
+TEST(MotionBlur, SpreadsAPointAlongAPathOfItsLength) {
   RgbdImage image = Grey(0.0);
   image.bgr.at<cv::Vec3b>(120, 160) = {255, 255, 255};
   std::set<int> directions;
@@ -381,7 +381,7 @@ TEST(DepthHoles, AreBlobsThatLastForAWhile) {
   EXPECT_LT(shared(60), 0.55);  // 0.3 by chance
 }
 
-TEST(DepthCut, LeavesWhatIsNearer) {
+TEST(DepthCut, KeepsNearerDepth) {
   const RgbdImage image = Step();
   const cv::Mat cut = Spoil(image, DepthCut(2.0)).depth;
   EXPECT_EQ(cv::countNonZero(cut.colRange(160, 320)), 0);

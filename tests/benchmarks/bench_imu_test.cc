@@ -98,7 +98,7 @@ TEST(BenchImu, FindsTheTiltOfTheGroundTruth) {
   EXPECT_LT(report["median_errors_gravity_estimated"]["velocity_m_s"], 1e-4);
 }
 
-TEST(BenchImu, FindsAndCountsWhatGroundTruthIsOffItself) {
+TEST(BenchImu, EstimatesAndCountsTheErrorOfGroundTruth) {
   const testing::TemporaryDirectory folder("imu");
   WriteSequence(folder.path(), {.duration = 200.0, .orientation_error = 0.005});
   const json report = json::parse(Bench(folder.path()).out);

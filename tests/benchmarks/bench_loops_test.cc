@@ -52,7 +52,7 @@ TEST(BenchLoops, PutsTrueAndFalseLoopsToAMap) {
   EXPECT_EQ(report["repeated"].back()["verified"], 0) << "nothing is where it was";
 }
 
-TEST(BenchLoops, RefusesWhatItDoesNotKnow) {
+TEST(BenchLoops, RefusesUnknownValues) {
   EXPECT_EQ(Bench("--parts mazes").exit_code, 1);
   EXPECT_EQ(Bench("--seeds 0").exit_code, 1);
 }

@@ -60,7 +60,7 @@ std::string Printed(const char* format, double value) {
   return text;
 }
 
-TEST_F(BenchRobustness, EveryColumnIsWhatIsKnownOfTheSequence) {
+TEST_F(BenchRobustness, EveryColumnMatchesTheSequence) {
   WriteSequence("room");
   WriteSequence("other", 5);
   // An unreadable image yields no pose; no other pose is lost in so short a walk.
@@ -163,7 +163,7 @@ TEST_F(BenchRobustness, WhereNothingIsTrackedThereIsNoError) {
   EXPECT_EQ(Cells(outcome.out, "depth to 1 m"), cells);
 }
 
-TEST_F(BenchRobustness, WhatCannotBeScoredIsOneLineAndExitCodeTwo) {
+TEST_F(BenchRobustness, RefusesUnscorableSequencesInOneLineWithExitCodeTwo) {
   testing::ExpectRefused(Bench("--dataset nowhere"), 2, {"nowhere"});
   WriteSequence("room", 2);
   testing::ExpectRefused(Bench("--dataset room --dataset ./room/"), 2,

@@ -166,7 +166,7 @@ TEST_F(BenchTumPaired, ASettingThatIsNoneIsOneLine) {
   refused("--paired-program x", {"--paired-program requires --paired"});
 }
 
-TEST_F(BenchTumPaired, WhatCannotBeRunIsOneLineBeforeAnythingIsRun) {
+TEST_F(BenchTumPaired, RefusesAnImpossiblePairInOneLineBeforeTheFirstRun) {
   WriteSequence("room", 6);
   const auto refused = [&](const std::string& options, const std::vector<std::string>& parts) {
     SCOPED_TRACE(options);

@@ -64,7 +64,7 @@ json WithoutTimes(json report) {
   return kept;
 }
 
-TEST_F(BenchTumSweep, AnInterruptedSweepGoesOnWhereItEnded) {
+TEST_F(BenchTumSweep, AnInterruptedSweepContinuesWhereItEnded) {
   WriteSequence("room", 5);
   const std::string sweep = "--data . --sequences room --runs 3 --features both --out kept";
   Report(sweep);
@@ -84,7 +84,7 @@ TEST_F(BenchTumSweep, AnInterruptedSweepGoesOnWhereItEnded) {
   }
 }
 
-TEST_F(BenchTumSweep, ASignalEndsItWithTheTablesOfWhatIsDone) {
+TEST_F(BenchTumSweep, ASignalEndsItWithTheTablesOfTheRunsDone) {
   WriteSequence("first", 4);
   WriteSequence("second", 40);
   const std::string out = File("kept").string();
@@ -152,7 +152,7 @@ TEST_F(BenchTumSweep, ShardsThatAreMergedAreTheWholeSweep) {
   Refuse("merge nowhere", 2, {"nowhere/runs: holds no run"});
 }
 
-TEST_F(BenchTumSweep, TablesHoldEveryStatisticAndWhatWasLost) {
+TEST_F(BenchTumSweep, TablesHoldEveryStatisticAndTheLossReasons) {
   WriteSequence("room", 5);
   const json entry = Report("--data . --sequences room --runs 2 --dense --setting all=''");
   const json& row = entry["sequences"]["room"]["all"];
@@ -247,7 +247,7 @@ TEST_F(BenchTumSweep, AFigureThatMovesFailsWithBothValuesUntilItIsRenewed) {
   EXPECT_TRUE(Contains(outcome.out, "highwall_bench_tum figures figures.json --renew"));
 }
 
-TEST_F(BenchTumSweep, WhatMakesNoSweepIsOneLine) {
+TEST_F(BenchTumSweep, RefusesInvalidSweepsInOneLine) {
   const std::string sweep = "--data . --sequences room ";
   Refuse("--data .", 1, {"--sequences or --scenes"});
   Refuse(sweep + "--setting points", 1, {"--setting", "NAME=SWITCHES", "points"});

@@ -62,7 +62,7 @@ TEST(Consistency, IsOneForErrorsDrawnFromTheCovariance) {
   EXPECT_NEAR(mean.bias, 1.0, bound(6));
 }
 
-TEST(Consistency, TellsTheMeanOfTheRunsAndWhatChanceAllows) {
+TEST(Consistency, ReportsTheMeanOfTheRunsAndTheBoundsOfChance) {
   const auto run = [](double value) {
     return Scores{{"end_tilt_chi2_per_dof", value},
                   {"end_velocity_chi2_per_dof", 1.0},

@@ -53,7 +53,7 @@ TEST_F(GetTum, ASequenceOfTumIsReadyByItsShortName) {
   EXPECT_EQ(outcome.exit_code, 0) << "what is there is not fetched again";
 }
 
-TEST_F(GetTum, WhatWasBegunGoesOn) {
+TEST_F(GetTum, ContinuesAnInterruptedDownload) {
   PackTum();
   const std::string name = "rgbd_dataset_freiburg1_xyz.tgz";
   const std::string whole = ReadText(server_ / name);
@@ -77,7 +77,7 @@ TEST_F(GetTum, AnArchiveThatIsDamagedIsRefusedAndOneThatIsTooLongFetchedAnew) {
   EXPECT_EQ(Get("fr1_xyz").exit_code, 0);
 }
 
-TEST_F(GetTum, WithoutANetworkItSaysWhatToDoAndTakesWhatLiesThere) {
+TEST_F(GetTum, WithoutANetworkItAdvisesAndTakesLocalFiles) {
   const std::string unreachable = "--mirror http://127.0.0.1:9 fr1_xyz";
   Outcome outcome = Get(unreachable);
   EXPECT_EQ(outcome.exit_code, 2);
@@ -126,7 +126,7 @@ TEST_F(GetTum, PartsOfEth3dBecomeOneFolderWithACalibration) {
             "depth_factor: 5000\n");
 }
 
-TEST_F(GetTum, WhatIsNoSequenceIsOneLine) {
+TEST_F(GetTum, RefusesUnknownSequencesInOneLine) {
   testing::ExpectRefused(Get("fr1_garden"), 2, {"fr1_garden", "docs/datasets.md"});
   testing::ExpectRefused(Get("icl_office_4"), 2, {"icl_office_0 to 3"});
   testing::ExpectRefused(Get("kitti_00"), 2, {"kitti_00: unknown"});

@@ -26,7 +26,7 @@ TEST(PairedStatistics, BoundsOfStudentsTAreThoseOfTheTables) {
 }
 
 // Ratios 1, 2 and 4: the mean of the logarithms is ln 2, and so is their deviation.
-TEST(PairedStatistics, TheIntervalOfThreeKnownRatiosIsWhatIsWrittenInTextbooks) {
+TEST(PairedStatistics, TheIntervalOfThreeKnownRatiosIsThatOfTextbooks) {
   const double ln2 = std::numbers::ln2;
   const MeanLog mean = MeanOf({0.0, ln2, 2.0 * ln2});
   EXPECT_NEAR(Ratio(mean), 2.0, 1e-12);
@@ -49,7 +49,7 @@ TEST(PairedStatistics, EqualRatiosHaveNoWidthAndOneRatioHasNoInterval) {
   EXPECT_THROW(MeanOfMeans({}), InvalidArgument);
 }
 
-TEST(PairedStatistics, SequencesCountAlikeHoweverWellTheyAreKnown) {
+TEST(PairedStatistics, SequencesHaveEqualWeightWhateverTheirVariance) {
   const MeanLog first{.mean = 0.2, .variance = 0.04, .degrees_of_freedom = 4.0};
   const MeanLog second{.mean = -0.1, .variance = 0.0001, .degrees_of_freedom = 9.0};
   const MeanLog both = MeanOfMeans({first, second});

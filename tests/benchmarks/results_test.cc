@@ -13,7 +13,7 @@ namespace {
 
 using testing::Contains;
 
-TEST(Results, ACellIsWhatItsCommandGives) {
+TEST(Results, ACellHoldsTheOutputOfItsCommand) {
   const std::string page =
       testing::ReadText(std::string(testing::kSourceFolder) + "/docs/results.md");
   const std::string scene =

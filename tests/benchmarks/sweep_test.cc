@@ -60,7 +60,7 @@ TEST(SweepRecord, ComesBackAsItWasWritten) {
   EXPECT_EQ(read.trajectory[1].stamp, 2'000'000'000);
 }
 
-TEST(SweepRecord, WhatIsNoneIsNamed) {
+TEST(SweepRecord, NamesAnInvalidRecord) {
   const TemporaryDirectory folder;
   EXPECT_THROW(MergeRecords({folder.path()}), IoError);
   std::filesystem::create_directories(folder.path() / "runs");
@@ -194,7 +194,7 @@ TEST(PaperTables, ASequenceIsKnownByItsLongNameAsWell) {
   EXPECT_EQ(PaperNameOf("fr1_xyz"), "fr1_xyz");
 }
 
-TEST(Figures, WhatMovedByMoreThanItsShareIsNamedWithBothValues) {
+TEST(Figures, NamesChangesBeyondTheToleranceWithBothValues) {
   const nlohmann::json tolerances{{"ape_rmse_m", 0.1}, {"lost_frames", 0.0}};
   const nlohmann::json expected{
       {"room", {{"both", {{"ape_rmse_m", 0.010}, {"lost_frames", 0.0}, {"seconds", 1.0}}}}}};

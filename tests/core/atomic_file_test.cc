@@ -169,7 +169,7 @@ TEST_F(AtomicFileTest, AWriteThatTheSystemRefusesIsFoundAtCommitWithItsReasonAnd
   }
 }
 
-TEST_F(AtomicFileTest, WhatAKilledProcessLeavesIsRemovedAndNothingElse) {
+TEST_F(AtomicFileTest, RemovesLeftoversOfAKilledProcessAndNothingElse) {
   const fs::path map = folder_ / "room.hwmap", plain = folder_ / "noextension";
   const pid_t child = ::fork();
   if (child == 0) {
@@ -198,7 +198,7 @@ TEST_F(AtomicFileTest, WhatAKilledProcessLeavesIsRemovedAndNothingElse) {
   EXPECT_NO_THROW(RemoveTemporariesOfDeadProcesses(folder_ / "missing"));
 }
 
-TEST_F(AtomicFileTest, WhatIsWrittenStaysForAProcessThatDoesNotSeeItsWriter) {
+TEST_F(AtomicFileTest, DoesNotRemoveAFileWrittenInAnotherPidNamespace) {
   AtomicFile file(folder_ / "map.hwmap");
   file.stream() << "whole";
   if (!CleanInAnotherPidNamespace(folder_.path())) GTEST_SKIP() << "no PID namespace can be made";
@@ -209,7 +209,7 @@ TEST_F(AtomicFileTest, WhatIsWrittenStaysForAProcessThatDoesNotSeeItsWriter) {
 
 // The file system may keep locks local to each machine, so only the age of a file shows that its
 // writer is dead.
-TEST_F(AtomicFileTest, WhatAnotherMachineMadeIsRemovedWhereNobodyHasWrittenItForADay) {
+TEST_F(AtomicFileTest, RemovesLeftoversOfAnotherMachineAfterADay) {
   const fs::path fresh = folder_ / ".a.hw01234567-0123456789abcdef.txt";
   const fs::path old = folder_ / ".b.hw01234567-0123456789abcdef.txt";
   const fs::path locked = folder_ / ".c.hw01234567-0123456789abcdef.txt";
@@ -224,7 +224,7 @@ TEST_F(AtomicFileTest, WhatAnotherMachineMadeIsRemovedWhereNobodyHasWrittenItFor
   EXPECT_TRUE(fs::exists(locked));
 }
 
-TEST_F(AtomicFileTest, ALinkStaysAndWhatItLeadsToIsReplaced) {
+TEST_F(AtomicFileTest, KeepsALinkAndReplacesItsTarget) {
   fs::create_directories(folder_ / "elsewhere");
   const fs::path target = folder_ / "elsewhere" / "kept.txt", link = folder_ / "link.txt";
   std::ofstream(target) << "old";

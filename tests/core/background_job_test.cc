@@ -40,7 +40,7 @@ TEST(BackgroundTask, NotInTheBackgroundIsDoneAtOnceOnTheCallersThread) {
   task.Wait();
 }
 
-TEST(BackgroundTask, WaitThrowsWhatEndedTheWork) {
+TEST(BackgroundTask, WaitRethrowsTheErrorOfTheWork) {
   BackgroundTask task(true, [](const std::stop_token&) { throw std::runtime_error("work"); });
   EXPECT_THROW(task.Wait(), std::runtime_error);
 }

@@ -62,7 +62,7 @@ TEST(BackgroundWorker, HoldsNoMoreThanItsBacklog) {
   EXPECT_EQ(done, 6);
 }
 
-TEST(BackgroundWorker, ThrowsWhatWorkThrewAtTheNextCallOnceAndGoesOn) {
+TEST(BackgroundWorker, RethrowsTheErrorOfWorkAtTheNextCallOnceAndContinues) {
   BackgroundWorker worker(4);
   const auto fail = [](Stop) { throw std::runtime_error("work"); };
   worker.Post(fail);
@@ -79,7 +79,7 @@ TEST(BackgroundWorker, ThrowsWhatWorkThrewAtTheNextCallOnceAndGoesOn) {
   EXPECT_THROW(worker.Finish(), std::runtime_error);
 }
 
-TEST(BackgroundWorker, ThrowsWhatSpareWorkThrew) {
+TEST(BackgroundWorker, RethrowsTheErrorOfTheIdleTask) {
   BackgroundWorker worker(1, []() -> bool { throw std::runtime_error("idle_task"); });
   const auto post = [&] {
     for (int i = 0; i < 1000; ++i) {
@@ -91,7 +91,7 @@ TEST(BackgroundWorker, ThrowsWhatSpareWorkThrew) {
   EXPECT_THROW(post(), std::runtime_error);
 }
 
-TEST(BackgroundWorker, DropsWhatWaitsBehindWorkThatThrew) {
+TEST(BackgroundWorker, DropsWorkQueuedBehindWorkThatThrew) {
   BackgroundWorker worker(4);
   std::latch go(1);
   bool done = false;
@@ -133,7 +133,7 @@ TEST(BackgroundWorker, IsIdleWhenAllIsDone) {
   EXPECT_TRUE(worker.IsIdle());
 }
 
-TEST(BackgroundWorker, AsksWhatWasPostedSoFarToEndEarlyAndNothingElse) {
+TEST(BackgroundWorker, StopsOnlyTheWorkPostedSoFar) {
   BackgroundWorker worker(4);
   std::atomic<bool> begun = false;
   std::vector<bool> stopped;
@@ -151,7 +151,7 @@ TEST(BackgroundWorker, AsksWhatWasPostedSoFarToEndEarlyAndNothingElse) {
   EXPECT_EQ(stopped, std::vector<bool>({true, true, false}));
 }
 
-TEST(BackgroundWorker, EndsEarlyAndDropsWhatWaitsWhenItGoes) {
+TEST(BackgroundWorker, ItsDestructorStopsTheWorkAndDropsTheQueue) {
   std::latch begun(1);
   bool stopped = false, next = false;
   {

@@ -114,7 +114,7 @@ TEST(ExplainError, FindsALeverArm) {
   EXPECT_GT(explanation.rmse, 0.01);
 }
 
-TEST(ExplainError, FindsATurnBetweenTheBodies) {
+TEST(ExplainError, FindsARotationBetweenTheBodies) {
   const Eigen::Vector3d turn(0.02, -0.03, 0.01);
   const ErrorExplanation explanation = Explain({.hand_eye = turn});
   // The tolerance is the error of aligning positions with a noise of one millimetre.
@@ -123,7 +123,7 @@ TEST(ExplainError, FindsATurnBetweenTheBodies) {
   EXPECT_LT(explanation.angle_rmse_without, 1e-3);
 }
 
-TEST(ExplainError, TellsCausesApartThatCameTogether) {
+TEST(ExplainError, SeparatesCombinedCauses) {
   const Errors errors{.late = -0.012, .scale = 0.995, .lever_arm = {0.01, 0.02, -0.01}};
   const ErrorExplanation explanation = Explain(errors);
   ASSERT_TRUE(explanation.all);
@@ -162,7 +162,7 @@ TEST(ExplainError, StandardDeviationsAreRightOverTwoHundredSeeds) {
   EXPECT_NEAR(scale, 19.0 / 17.0, 0.45);
 }
 
-TEST(ExplainError, SaysNothingOfALeverArmWithoutTurns) {
+TEST(ExplainError, GivesNoLeverArmWithoutRotations) {
   const auto body = [](double t) { return Pose(Eigen::Quaterniond::Identity(), BodyAt(t).p()); };
   const Trajectory reference = Reference(body);
   const ErrorExplanation explanation =
@@ -184,7 +184,7 @@ TEST(ExplainError, PassesOverHolesOfTheReference) {
   EXPECT_NEAR(explanation.time_shift->time_shift, -0.01, 2e-4);
 }
 
-TEST(ExplainError, RefusesWhatItCannotExplain) {
+TEST(ExplainError, RefusesInvalidArguments) {
   const Trajectory reference = Reference();
   const Trajectory estimate = Estimate({}, 1);
   const TrajectoryError error = AbsolutePoseError(reference, estimate);

@@ -168,7 +168,7 @@ TEST(FactorGraph, AFactorBetweenTwoLandmarksFailsWithAMessage) {
   }
 }
 
-TEST(FactorGraph, RefusesWhatDoesNotFitBeforeCeresSeesIt) {
+TEST(FactorGraph, RefusesMismatchedBlocksBeforeCeresSeesThem) {
   FactorGraph graph;
   const auto pose = graph.AddVariable(Pose());
   const auto point = graph.AddVariable(Point(0, 0, 1));

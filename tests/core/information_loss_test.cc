@@ -43,7 +43,7 @@ TEST(InformationLoss, OfAChainComputedByHand) {
   EXPECT_NEAR(loss[2], 0.0, 1e-12);
 }
 
-TEST(InformationLoss, CountsWhatLandmarksTellOfTheOthers) {
+TEST(InformationLoss, CountsInformationThroughSharedLandmarks) {
   // Three states observe one landmark, so each may add information to the constraint between the
   // others.
   double x[3] = {0, 0, 0}, landmark = 0.0;

@@ -92,7 +92,7 @@ TEST(OrthonormalLine, TakesALineThroughTheOrigin) {
   EXPECT_LT(line.n.norm(), 1e-15);
 }
 
-TEST(OrthonormalLine, RefusesWhatIsNoLine) {
+TEST(OrthonormalLine, RefusesVectorsThatAreNoLine) {
   EXPECT_THROW(OrthonormalLine(PluckerLine{Eigen::Vector3d::UnitX(), Eigen::Vector3d::Zero()}),
                InvalidArgument);
   EXPECT_THROW(OrthonormalLine(

@@ -189,7 +189,7 @@ TEST(UnitDirectionManifold, OppositeDirectionsAreHalfATurnApart) {
   EXPECT_NEAR(d.norm(), M_PI, 1e-15);
 }
 
-TEST(UnitDirection, IsNormalisedAndPointsDownUnlessTold) {
+TEST(UnitDirection, IsNormalisedAndPointsDownByDefault) {
   EXPECT_EQ(UnitDirection().vector(), Eigen::Vector3d(0, 0, -1));
   EXPECT_TRUE(UnitDirection({3, 0, 4}).vector().isApprox(Eigen::Vector3d(0.6, 0, 0.8), 1e-15));
   EXPECT_THROW(UnitDirection({0, 0, 0}), InvalidArgument);

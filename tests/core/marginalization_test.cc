@@ -352,7 +352,7 @@ TEST(Marginalization, TheProblemIsNotChanged) {
   EXPECT_EQ(scene.problem.NumResidualBlocks(), 48);
 }
 
-TEST(Marginalization, RefusesWhatIsNotThere) {
+TEST(Marginalization, RefusesUnknownBlocks) {
   Scene scene(11);
   scene.SeeEverything();
   double stranger = 0.0;
@@ -450,7 +450,7 @@ TEST(MarginalPrior, OfAQuarterTurnComputedByHand) {
   EXPECT_LT((r - Eigen::Matrix<double, 6, 1>(1.5, 0.5, -1.5, 0.5, 0.5, M_PI + 0.5)).norm(), 1e-14);
 }
 
-TEST(MarginalPrior, RefusesWhatDoesNotFit) {
+TEST(MarginalPrior, RefusesMismatchedSizesAndNonFiniteValues) {
   const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(2, 2);
   const Eigen::Vector2d b(0, 0);
   EXPECT_THROW(MarginalPrior({{{0.0}, nullptr}}, A, b), InvalidArgument);

@@ -275,7 +275,7 @@ PoseGraph MakePresentWalk(double metres) {
   return graph;
 }
 
-TEST(PoseGraph, HowWellTrustedEdgesCloseSaysNothingOfALoop) {
+TEST(PoseGraph, TheFitOfTrustedEdgesIsNoEvidenceAboutALoop) {
   for (const RobustLoops robust :
        {RobustLoops::kGnc, RobustLoops::kDcs, RobustLoops::kSwitchable}) {
     // The rotation uncertainty of the path gives its end a lateral uncertainty of 4 m.
@@ -286,7 +286,7 @@ TEST(PoseGraph, HowWellTrustedEdgesCloseSaysNothingOfALoop) {
   }
 }
 
-TEST(PoseGraph, ANodeThatTellsNothingMakesNoLoopPlausible) {
+TEST(PoseGraph, ANodeWithoutInformationMakesNoLoopPlausible) {
   for (const bool estimate : {false, true}) {
     PoseGraph graph = MakePresentWalk(50.0);
     const PoseGraphSummary summary =
@@ -343,7 +343,7 @@ TEST(PoseGraph, CovarianceShrinksByLoopsAndCanLeaveThemOut) {
 
 // A chain of nodes whose odometry rotates a little too much at each step, with factors that fix the
 // positions in a separate frame.
-TEST(PoseGraph, FactorsOnNodesTakePartAndTieAFrameThatNoEdgeReaches) {
+TEST(PoseGraph, FactorsOnNodesConstrainAFrameThatNoEdgeReaches) {
   const Pose step = Pose::FromTangent({1, 0, 0}, {0, 0, 0.05});
   const Pose drifted = Pose::FromTangent({1.02, 0, 0}, {0, 0, 0.055});
   const Pose T_GW = Pose::FromTangent({100, -50, 7}, {0, 0, 2.0});

@@ -60,7 +60,7 @@ TEST(Pose, InverseUndoes) {
   }
 }
 
-TEST(Pose, SurvivesTheWayThroughMatrixAndBlock) {
+TEST(Pose, SurvivesConversionToMatrixAndBlock) {
   RandomStates random(4);
   for (int i = 0; i < 20; ++i) {
     const Pose T = random.RandomPose(2.0, 3.14159);
@@ -85,7 +85,7 @@ TEST(Pose, AngleIsThatOfTheShorterWay) {
   EXPECT_NEAR(Pose::FromTangent({0, 0, 0}, {1e-9, 0, 0}).Angle(), 1e-9, 1e-23);
 }
 
-TEST(Pose, RefusesWhatIsNoPose) {
+TEST(Pose, RefusesMatricesThatAreNoPose) {
   EXPECT_THROW(Pose(Eigen::Quaterniond(0, 0, 0, 0), {0, 0, 0}), InvalidArgument);
   EXPECT_THROW(Pose(Eigen::Quaterniond(kNaN, 0, 0, 1), {0, 0, 0}), InvalidArgument);
   EXPECT_THROW(Pose(Eigen::Quaterniond::Identity(), {0, kNaN, 0}), InvalidArgument);

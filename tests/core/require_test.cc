@@ -29,7 +29,7 @@ TEST(Require, SaysTheNameTheDemandAndTheValue) {
             "a must not be negative, is inf");
 }
 
-TEST(Require, AcceptsWhatLiesOnTheBoundOnlyWhereTheBoundIsPartOfIt) {
+TEST(Require, AcceptsTheBoundOnlyWhereItBelongsToTheRange) {
   EXPECT_NO_THROW(RequireNotNegative(0.0, "a"));
   EXPECT_NO_THROW(RequireNotNegativeFinite(0.0, "a"));
   EXPECT_NO_THROW(RequireAtLeast(2, 2, "a"));

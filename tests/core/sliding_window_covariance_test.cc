@@ -58,7 +58,7 @@ SlidingWindowOptions Projected() {
   return {.max_states = 6, .landmarks = LandmarkPolicy::kMarginalize};
 }
 
-TEST(SlidingWindowCovariance, AnUpdateTellsWhatIsToldAfterwards) {
+TEST(SlidingWindowCovariance, AnUpdateReturnsTheCovarianceOfALaterQuery) {
   for (const LinearSolver solver : {LinearSolver::kVariableProjection, LinearSolver::kAuto}) {
     SlidingWindowOptions options = Projected();
     options.solve.linear_solver = solver;
@@ -81,7 +81,7 @@ TEST(SlidingWindowCovariance, AnUpdateTellsWhatIsToldAfterwards) {
 // All observations of landmarks are invariant to a common translation, and only a weak prior fixes
 // it. The landmarks' contribution to this direction must cancel to the last digit, or the direction
 // appears observable.
-TEST(SlidingWindowCovariance, LandmarksInventNothingOnWhereAllOfThemAre) {
+TEST(SlidingWindowCovariance, LandmarksAddNoInformationOnTheirCommonPosition) {
   for (const double sigma : {1.0, 100.0, 1e4}) {
     SlidingWindowSmoother smoother(Projected());
     RandomStates random(3);
@@ -115,7 +115,7 @@ struct Along {
   }
 };
 
-TEST(SlidingWindowCovariance, WhatAnOpenLandmarkLeavesOpenIsNotToldAsKnown) {
+TEST(SlidingWindowCovariance, AnUnobservableLandmarkAddsNoInformation) {
   SlidingWindowSmoother smoother(Projected());
   const auto state = smoother.AddState(0, Vector2(1, 1));
   smoother.AddFactor(MakePrior({0, 0}, 0.5), state);
@@ -142,7 +142,7 @@ TEST(SlidingWindowCovariance, OfAVariableThatIsNotThereOrTwiceIsRefusedBeforeAny
   EXPECT_TRUE(smoother.Contains(walk.states[0]));
 }
 
-TEST(SlidingWindowCovariance, OfAnUpdateThatIsRefusedNoneIsTold) {
+TEST(SlidingWindowCovariance, ARefusedUpdateReturnsNoCovariance) {
   SlidingWindowOptions options = Projected();
   options.max_error = 3.0;
   SlidingWindowSmoother smoother(options);
@@ -248,7 +248,7 @@ TEST(SlidingWindowCovariance, OfAWindowThatAWeakPriorHoldsItIsThatOfThePrior) {
 }
 
 // A chain of relative steps only: the absolute information on the requested state is rounding.
-TEST(SlidingWindowCovariance, OfAChainThatNothingHoldsThereIsNone) {
+TEST(SlidingWindowCovariance, AChainWithoutAPriorHasNoCovariance) {
   for (int length = 2; length <= 10; ++length) {
     SlidingWindowSmoother smoother;
     std::vector<Variable<Vector2>> states;

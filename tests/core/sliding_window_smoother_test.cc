@@ -74,13 +74,13 @@ TEST(SlidingWindowSmoother, ALinearGaussianRunEqualsTheBatchSolution) {
 
 TEST(SlidingWindowSmoother, EqualsTheBatchSolutionWithLandmarksThatStayInThePrior) {
   // A landmark added as calibration never leaves: the prior links it to the states.
-  struct Tied final : Walk {
+  struct ConstrainedWalk final : Walk {
     using Walk::Walk;
     Variable<Vector2> AddLandmark(const Vector2& x) override { return smoother->AddCalibration(x); }
   };
   SlidingWindowSmoother batch({.max_states = 1000, .solve = Exact()});
   SlidingWindowSmoother lag({.max_states = 2, .solve = Exact()});
-  Tied batch_walk(&batch), lag_walk(&lag);
+  ConstrainedWalk batch_walk(&batch), lag_walk(&lag);
   for (int k = 0; k < 30; ++k) {
     batch_walk.Advance();
     lag_walk.Advance();
@@ -205,7 +205,7 @@ TEST(SlidingWindowSmoother, AFailedSolveKeepsTheState) {
   EXPECT_EQ(smoother.graph().NumVariables(), 0u);
 }
 
-TEST(SlidingWindowSmoother, VariablesWithoutFactorsAreCarriedAndLeave) {
+TEST(SlidingWindowSmoother, VariablesWithoutFactorsStayAndLeaveTheWindow) {
   SlidingWindowSmoother smoother({.max_states = 2});
   std::vector<Variable<Vector2>> states;
   const auto lost = smoother.AddLandmark(Vector2(7, 7));
@@ -414,7 +414,7 @@ TEST_F(SavedWindow, LoadsWithTheSameValuesAndCovariance) {
   EXPECT_LT((*loaded.NewestCovariance() - *smoother.NewestCovariance()).norm(), 1e-9);
 }
 
-TEST_F(SavedWindow, GoesOnAsIfItHadNeverBeenSaved) {
+TEST_F(SavedWindow, ContinuesAsIfItHadNeverBeenSaved) {
   const SlidingWindowOptions options = {.max_states = 4, .solve = Exact()};
   SlidingWindowSmoother smoother = Example(options);
   smoother.Save(path_);

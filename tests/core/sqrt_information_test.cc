@@ -30,7 +30,7 @@ TEST(SqrtInformation, SquaresToTheInverseOfTheCovariance) {
   }
 }
 
-TEST(SqrtInformation, RefusesWhatIsNoCovariance) {
+TEST(SqrtInformation, RefusesMatricesThatAreNoCovariance) {
   Eigen::Matrix2d S;
   S << 1, 2, 2, 1;
   EXPECT_THROW(SqrtInformation(S), InvalidArgument);

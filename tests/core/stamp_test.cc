@@ -27,7 +27,7 @@ TEST(Stamp, TwoSpellingsOfOneTimeAreEqual) {
   EXPECT_EQ(ParseStamp("1305031102.1753"), ParseStamp("1305031102.175300000"));
 }
 
-TEST(Stamp, RefusesWhatIsNoNumber) {
+TEST(Stamp, RefusesTextThatIsNoNumber) {
   for (const char* text :
        {"",      ".",   "-",     "+",   "e",     "1e",   "abc",
         "1.2.3", "1 2", " 1",    "1 ",  "0x10",  "nan",  "inf",
@@ -53,7 +53,7 @@ TEST(Stamp, FormatsWithSixToNineDecimals) {
   EXPECT_EQ(FormatStamp(1), "0.000000001");
 }
 
-TEST(Stamp, SurvivesTheWayThroughText) {
+TEST(Stamp, SurvivesConversionToText) {
   for (const Stamp stamp : {Stamp{0}, Stamp{1}, Stamp{-1}, Stamp{999999999}, Stamp{-1000000001},
                             Stamp{1305031102175304001}}) {
     EXPECT_EQ(ParseStamp(FormatStamp(stamp)), stamp);

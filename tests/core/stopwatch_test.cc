@@ -10,7 +10,7 @@ namespace {
 
 // The only upper bound is the test's own clock, because a busy machine may suspend a thread for
 // long.
-TEST(Stopwatch, TellsTheTimeSinceItWasMade) {
+TEST(Stopwatch, MeasuresTheTimeSinceItWasMade) {
   const auto before = std::chrono::steady_clock::now();
   const Stopwatch stopwatch;
   std::this_thread::sleep_for(std::chrono::milliseconds(20));

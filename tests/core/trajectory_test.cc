@@ -241,7 +241,7 @@ TEST_F(TrajectoryFile, ALogIsWholeAfterEachPoseAndEqualsAFileWrittenAtOnce) {
   EXPECT_EQ(testing::ReadText(path), testing::ReadText(whole));
 }
 
-TEST_F(TrajectoryFile, ALogOnAFullDiskSaysWhatIsWrongWithWhichFile) {
+TEST_F(TrajectoryFile, ALogOnAFullDiskNamesTheFaultAndTheFile) {
   const fs::path path = folder_ / "log.txt";
   const testing::FileSizeLimit limit(1024);
   TrajectoryLog log(path);

@@ -257,7 +257,7 @@ class CountsTrials final : public ceres::SizedCostFunction<1, 7> {
 
 // The landmarks are displaced and the poses are at the optimum: a further step would be useless,
 // although the last one has lowered the cost considerably.
-TEST(VariableProjection, WhatLandmarksGainByThemselvesAsksForNoFurtherStep) {
+TEST(VariableProjection, TheGainOfLandmarksAloneNeedsNoFurtherStep) {
   Bundle settled(3, 0.01);
   const SolveOptions exact = Exact(LinearSolver::kVariableProjection);
   const double least = settled.graph.Solve(exact).final_cost;
@@ -353,7 +353,7 @@ TEST(VariableProjection, ALandmarkSeenFromFixedPosesAloneMovesWhereTheOthersStan
   EXPECT_NEAR(bundle.graph.Value(alone)[0], 0.25, 1e-6);
 }
 
-TEST(VariableProjection, WhatTheSolveBeforeHasCostIsForgotten) {
+TEST(VariableProjection, ForgetsTheCostOfThePreviousSolve) {
   Bundle bundle(6);
   for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
     bundle.graph.SetValue(bundle.poses[i], bundle.truth[i]);

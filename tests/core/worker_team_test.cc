@@ -56,7 +56,7 @@ TEST(WorkerTeam, AWorkerDoesOneTaskAtATime) {
   EXPECT_EQ(done[0] + done[1] + done[2], 5000);
 }
 
-TEST(WorkerTeam, OthersGoOnWhileAWorkerIsHeldUp) {
+TEST(WorkerTeam, OthersContinueWhileAWorkerIsDelayed) {
   WorkerTeam team(3);
   std::atomic<int> done = 0;
   team.Run(20, [&](std::size_t, std::size_t task) {
@@ -70,7 +70,7 @@ TEST(WorkerTeam, OthersGoOnWhileAWorkerIsHeldUp) {
   EXPECT_EQ(done, 19);
 }
 
-TEST(WorkerTeam, ThrowsWhatATaskThrewOnceAllAreDoneAndGoesOn) {
+TEST(WorkerTeam, RethrowsTheErrorOfATaskOnceAllAreDoneAndContinues) {
   for (const std::size_t workers : {1, 2}) {
     WorkerTeam team(workers);
     for (const std::size_t thrower : {0, 1}) {

@@ -94,7 +94,7 @@ TEST(AllanDeviation, TakesNoDifferenceAcrossStretches) {
   }
 }
 
-TEST(AllanDeviation, IsEmptyOfTooFewAndRefusesWhatIsNotFinite) {
+TEST(AllanDeviation, IsEmptyForTooFewReadingsAndRefusesNonFiniteOnes) {
   EXPECT_TRUE(CurveOf({1.0, 2.0}, 0.01).empty());
   EXPECT_TRUE(AllanDeviation({}, 0.01).empty());
   EXPECT_THROW(CurveOf({1, 2, 3}, 0.0), InvalidArgument);
@@ -114,7 +114,7 @@ TEST(FitAllanCurve, FindsTheDensitiesOfACurveOfTheModel) {
   }
 }
 
-TEST(FitAllanCurve, SaysWhatIsNotThereAndHowMuchOfItCouldBe) {
+TEST(FitAllanCurve, ReportsAbsentNoiseWithAnUpperBound) {
   const NoiseDensities fit = FitAllanCurve(ModelCurve(1e-3, 0.0, 0.0));
   EXPECT_TRUE(fit.white.IsSeen());
   EXPECT_FALSE(fit.walk.IsSeen());

@@ -109,7 +109,7 @@ TEST(ExtrinsicCameraPose, FindsTheExtrinsicsOfABodyWhoseMotionIsKnown) {
   EXPECT_NEAR(graph.Value(scale), s, 1e-8);
 }
 
-TEST(ExtrinsicCameraPose, RefusesWhatIsNotFinite) {
+TEST(ExtrinsicCameraPose, RefusesNonFiniteArguments) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const Matrix6 W = Matrix6::Identity();
   const Eigen::Vector3d zero = Eigen::Vector3d::Zero();

@@ -158,7 +158,7 @@ TEST(ExtrinsicFactor, BlocksThatAreNoneDoNotThrow) {
   }
 }
 
-TEST(ExtrinsicFactor, RefusesWhatIsNotOnAPose) {
+TEST(ExtrinsicFactor, RefusesFactorsWithoutAPose) {
   EXPECT_THROW(ExtrinsicFactor(nullptr), InvalidArgument);
   EXPECT_THROW(ExtrinsicFactor(std::make_shared<ZeroVelocity>()), InvalidArgument);
 }

@@ -62,7 +62,7 @@ TEST(ImuBuffer, NeighbouringIntervalsShareTheirEnd) {
   EXPECT_EQ(a->samples.back().gyroscope, b->samples.front().gyroscope);
 }
 
-TEST(ImuBuffer, HasNothingForAnIntervalItDoesNotReach) {
+TEST(ImuBuffer, IsEmptyForAnIntervalThatItDoesNotCover) {
   const ImuBuffer buffer = Filled({5 * kMs, 10 * kMs});
   EXPECT_FALSE(buffer.Between(4 * kMs, 8 * kMs));
   EXPECT_FALSE(buffer.Between(6 * kMs, 11 * kMs));
@@ -134,7 +134,7 @@ constexpr std::size_t kHeld = 6001;
 
 // Feeds 100 s of readings, one every 5 ms, with one more of this stamp among them, which must be
 // rejected without an effect on the others.
-void ExpectToGoOn(Stamp wrong) {
+void ExpectToDropOnly(Stamp wrong) {
   ImuBuffer buffer;
   for (Stamp stamp = 0; stamp < 100'000 * kMs; stamp += 5 * kMs) {
     ASSERT_EQ(buffer.Add(Still(stamp)), ImuSampleStatus::kAdded) << wrong << " at " << stamp;
@@ -149,12 +149,12 @@ void ExpectToGoOn(Stamp wrong) {
   EXPECT_FALSE(buffer.Between(99'000 * kMs, 99'995 * kMs)->HasGap());
 }
 
-TEST(ImuBuffer, AStampThatJumpsIsDroppedAndTheOthersGoOn) {
+TEST(ImuBuffer, DropsAStampThatJumpsAndKeepsTheOthers) {
   constexpr Stamp kHour = 3'600'000 * kMs;
   for (const Stamp wrong :
        {Stamp{55'000 * kMs}, kHour, 24 * 365 * kHour, Stamp{4'000'000'000'000'000'000},
         std::numeric_limits<Stamp>::max(), -kHour, std::numeric_limits<Stamp>::min()}) {
-    ExpectToGoOn(wrong);
+    ExpectToDropOnly(wrong);
   }
 }
 
@@ -221,7 +221,7 @@ TEST(ImuBuffer, AFirstStampInTheFutureIsForgotten) {
   EXPECT_EQ(buffer.size(), kHeld);
 }
 
-TEST(ImuBuffer, ForgetsWhatIsBeyondItsHorizon) {
+TEST(ImuBuffer, DropsReadingsBeyondItsHorizon) {
   ImuBuffer buffer = Filled({0, 500 * kMs, 1000 * kMs}, {.max_step = 0.1, .horizon = 1.0});
   EXPECT_EQ(buffer.oldest(), 0);
   EXPECT_EQ(buffer.Add(At(1001 * kMs)), ImuSampleStatus::kAdded);
@@ -230,7 +230,7 @@ TEST(ImuBuffer, ForgetsWhatIsBeyondItsHorizon) {
   EXPECT_EQ(buffer.Add(At(1)), ImuSampleStatus::kReordered);
 }
 
-TEST(ImuBuffer, NamesWhatBecameOfAReading) {
+TEST(ImuBuffer, ReportsTheFateOfEachReading) {
   EXPECT_STREQ(ToString(ImuSampleStatus::kAdded), "added");
   EXPECT_STREQ(ToString(ImuSampleStatus::kNotFinite), "not finite");
   EXPECT_STREQ(ToString(ImuSampleStatus::kImpossible), "impossible");

@@ -53,7 +53,7 @@ TEST(FindRest, AGapEndsARest) {
   EXPECT_GE(rest[1].begin, 2'000U);
 }
 
-TEST(FindRest, AHandThatHoldsStillIsNoRestBesideATable) {
+TEST(FindRest, RejectsAHandHeldStillWhereATableGivesRest) {
   auto samples = ImuAtRest(3, 30.0, kHertz, kNoise);
   for (std::size_t i = 2'000; i < 4'000; ++i) {  // tremor, below the threshold of IsStationary
     samples[i].gyroscope.y() += 0.008 * std::sin(2.0 * M_PI * 9.0 * ToSeconds(samples[i].stamp));
@@ -93,7 +93,7 @@ TEST(EstimateImuNoise, FindsTheDensitiesOfTenMinutes) {
               0.4 * kNoise.gyroscope_walk);
 }
 
-TEST(EstimateImuNoise, TellsTheAxesApart) {
+TEST(EstimateImuNoise, EstimatesEachAxisByItself) {
   auto samples = ImuAtRest(6, 120.0, kHertz, kNoise);
   for (ImuSample& sample : samples) {
     sample.accelerometer.z() = 9.81 + 3.0 * (sample.accelerometer.z() - 9.81);

@@ -236,7 +236,7 @@ TEST(ImuPreintegration, JoinedIntervalsHaveTheNoiseOfBoth) {
   EXPECT_NEAR(velocity_variance(shaken.Joined(calm)) / sum, 1.0, 0.01) << "gyroscope apart";
 }
 
-TEST(ImuPreintegration, JoinsOnlyWhatFollows) {
+TEST(ImuPreintegration, JoinsOnlyConsecutiveIntervals) {
   const auto samples = SinusoidalMotion().Samples(200.0, 0.5);
   const std::span<const ImuSample> all = samples;
   const ImuPreintegration first(all.first(41), ImuBias::Zero());

@@ -112,7 +112,7 @@ TEST(ScaledMotion, DoesNotChangeWhenTheWorldMoves) {
   }
 }
 
-TEST(ScaledMotion, CannotTellALongerMotionFromALargerScale) {
+TEST(ScaledMotion, CannotDistinguishALongerMotionFromALargerScale) {
   // Six directions of the world frame and this one are unobservable: an IMU or a known scale must
   // constrain it.
   std::mt19937 rng(125);

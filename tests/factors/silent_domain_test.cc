@@ -78,7 +78,7 @@ TEST(SilentDomain, AFactorThatWrapsOneIsHeldInItsDomain) {
 }
 
 // Five iterations, as in a local bundle adjustment.
-TEST(SilentDomain, OneThatGoesBehindTheCameraDoesNotHoldUpTheOthers) {
+TEST(SilentDomain, APointThatMovesBehindTheCameraDoesNotStopTheOthers) {
   FactorGraph graph;
   const auto pose = graph.AddVariable(Pose());
   graph.Fix(pose);
@@ -103,7 +103,7 @@ TEST(SilentDomain, OneThatGoesBehindTheCameraDoesNotHoldUpTheOthers) {
   EXPECT_LT((graph.Value(good) - Point(0.3, 0.0, 2.0)).norm(), 1e-3);
 }
 
-TEST(SilentDomain, WhatIsOutsideFromTheBeginningHindersNothing) {
+TEST(SilentDomain, APointOutsideFromTheBeginningDoesNotAffectTheOthers) {
   FactorGraph graph;
   const auto pose = graph.AddVariable(Pose());
   graph.Fix(pose);

@@ -99,7 +99,7 @@ TEST_F(BundleAdjustment, BringsKeyFramesAndLandmarksBackToTheTruth) {
   }
 }
 
-TEST_F(BundleAdjustment, CountsWhatTookPart) {
+TEST_F(BundleAdjustment, CountsVariablesAndObservations) {
   const auto report = AdjustBundle(map, model, rest, first, thorough);
   int points = 0, lines = 0;
   std::size_t observations = 0;
@@ -129,7 +129,7 @@ TEST_F(BundleAdjustment, HoldsTheOldestWhereNoneIsFixed) {
   ExpectPoses(1e-6);
 }
 
-TEST_F(BundleAdjustment, FixedKeyFramesAndWhatOnlyTheySeeStay) {
+TEST_F(BundleAdjustment, DoesNotMoveFixedKeyFramesNorLandmarksOfTheseAlone) {
   Perturb();
   // Two fixed keyframes that contradict each other would make a third of all observations outliers.
   const Pose T1 = map.keyframe(1_kf)->T_WC = kTruth[1];
@@ -288,7 +288,7 @@ TEST_F(BundleAdjustment, OfGoodObservationsAboutOneInAHundredIsAnOutlier) {
   EXPECT_LT(share, 0.02);
 }
 
-TEST_F(BundleAdjustment, WhatFellBehindTheCameraIsNoInlier) {
+TEST_F(BundleAdjustment, ALandmarkBehindTheCameraIsNoInlier) {
   // Outside their domain the factors of the point are inactive: nothing pulls the point back, and
   // no error is reported.
   const PointId behind = map.keyframe(1_kf)->points.front();
@@ -353,7 +353,7 @@ TEST_F(BundleAdjustment, RepeatsBitForBit) {
   EXPECT_EQ(poses[0], poses[1]);
 }
 
-TEST_F(BundleAdjustment, WhatLeavesTheMapMeanwhileIsPassedOver) {
+TEST_F(BundleAdjustment, SkipsWhatHasLeftTheMapMeanwhile) {
   Perturb();
   BundleAdjuster adjuster(map, model, rest, first, thorough);
   const PointId point = map.keyframe(1_kf)->points[0];
@@ -444,7 +444,7 @@ TEST_F(BundleAdjustment, SolvingAloneMovesNothing) {
   EXPECT_NE(map.keyframe(1_kf)->T_WC.Matrix(), before);
 }
 
-TEST_F(BundleAdjustment, StopsWhereAskedWithWhatWasReached) {
+TEST_F(BundleAdjustment, StopsOnRequestWithTheStateReached) {
   Perturb();
   std::stop_source stop;
   stop.request_stop();

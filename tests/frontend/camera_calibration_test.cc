@@ -129,7 +129,7 @@ TEST(CameraCalibration, OffsetsOfDepthAreFoundWithinTheirStandardDeviations) {
   EXPECT_GT(nees, 0.2);
 }
 
-TEST(CameraCalibration, OffsetsOfDepthAndIntrinsicsAreToldApart) {
+TEST(CameraCalibration, SeparatesOffsetsOfDepthFromIntrinsics) {
   const Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 100, kOffset);
   const CameraCalibration found = CalibrateCamera(map, kModel);
   EXPECT_LT(std::abs(found.inverse_depth_offset - kOffset), 4.0 * found.inverse_depth_sigma);
@@ -200,7 +200,7 @@ TEST(CameraCalibration, AGivenPatternIsNotLookedFor) {
   EXPECT_FALSE(found.depth_pattern_seen);
 }
 
-TEST(CameraCalibration, APatternThatHardlyShowsIsSaid) {
+TEST(CameraCalibration, NamesAHardlyObservablePattern) {
   // The camera hardly moves: points stay where they are in the image.
   Scene scene = MakeSurroundings();
   SceneMap scene_map(scene);
@@ -218,7 +218,7 @@ TEST(CameraCalibration, APatternThatHardlyShowsIsSaid) {
   EXPECT_NE(found.advice.back().find("pattern of depth"), std::string::npos);
 }
 
-TEST(CameraCalibration, WhatIsNotSeenIsSaid) {
+TEST(CameraCalibration, NamesUnobservableParameters) {
   const Scene scene = MakeSurroundings();
   // The camera always looks ahead: a shifted principal point and a rotation are indistinguishable.
   const Map map = Walk(scene, {0.0, 0.0, 0.0}, 7);
@@ -266,7 +266,7 @@ TEST(CameraCalibration, PointsWithoutDepthAreLeftOutWhereTheyWereSeenWithoutPara
   EXPECT_GT(CalibrateCamera(map, kModel).points, 0.9 * without.points);
 }
 
-TEST(CameraCalibration, RefusesAMapThatTellsNothingAndBadOptions) {
+TEST(CameraCalibration, RefusesAMapWithoutInformationAndBadOptions) {
   EXPECT_THROW(CalibrateCamera(Map(), kModel), InvalidArgument);
   const Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 1);
   EXPECT_THROW(CalibrateCamera(map, kModel, kFirstSubmap, {.huber = 0.0}), InvalidArgument);

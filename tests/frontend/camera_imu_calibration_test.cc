@@ -124,7 +124,7 @@ TEST(CameraImuCalibration, ItsErrorsAreThoseThatItStates) {
   EXPECT_LT(squares / kSeeds, 1.4);
 }
 
-TEST(CameraImuCalibration, KeepsTheMetreOfTheDepthWhereItIsToldTo) {
+TEST(CameraImuCalibration, KeepsTheScaleOfTheDepthOnRequest) {
   Truth truth;
   truth.depth_scale = 1.0;
   const auto found = Calibrate(Record(truth, 3), false);
@@ -133,7 +133,7 @@ TEST(CameraImuCalibration, KeepsTheMetreOfTheDepthWhereItIsToldTo) {
   EXPECT_LT((found.T_BC.p() - truth.T_BC.p()).norm(), 2e-3);
 }
 
-TEST(CameraImuCalibration, HolesInTheTrackAreNoTies) {
+TEST(CameraImuCalibration, GapsInTheTrackAddNoConstraint) {
   const Truth truth;
   Recording recording = Record(truth, 4);
   recording.camera.erase(recording.camera.begin() + 200, recording.camera.begin() + 260);  // 3 s
@@ -155,7 +155,7 @@ TEST(CameraImuCalibration, AFewWrongPosesChangeLittle) {
   EXPECT_LT(so3::Log(truth.T_BC.q().conjugate() * found.T_BC.q()).norm(), 5e-3);
 }
 
-TEST(CameraImuCalibration, SaysWhichTurnsAreMissing) {
+TEST(CameraImuCalibration, NamesTheMissingRotations) {
   // The body rotates about one of its axes only, as a robot on a floor does.
   const Truth truth;
   Recording recording;
@@ -242,7 +242,7 @@ TEST(CameraImuCalibration, RefusesAnAccelerometerAndACameraThatContradictEachOth
   EXPECT_THROW(Calibrate(other), InvalidArgument) << "the motion backwards";
 }
 
-TEST(CameraImuCalibration, ReadingsAtTheEndOfARangeThatIsToldCountForLittle) {
+TEST(CameraImuCalibration, GivesReadingsAtTheLimitOfAKnownRangeLittleWeight) {
   const Truth truth;
   Recording recording = Record(truth, 25);
   constexpr double kGyroscope = 2.0, kAccelerometer = 11.0;  // [rad/s], [m/s^2]
@@ -254,18 +254,18 @@ TEST(CameraImuCalibration, ReadingsAtTheEndOfARangeThatIsToldCountForLittle) {
     sample.accelerometer = sample.accelerometer.cwiseMax(-kAccelerometer).cwiseMin(kAccelerometer);
   }
   EXPECT_GT(ended, 300) << "of 6000";
-  const CameraImuCalibration told = CalibrateCameraImu(
+  const CameraImuCalibration with_range = CalibrateCameraImu(
       recording.camera, recording.readings,
       {.noise = kNoise, .gyroscope_range = kGyroscope, .accelerometer_range = kAccelerometer});
   // As in FindsTheCameraOnTheBodyTheClocksAndTheMetre, with fewer readings: the fastest are
   // missing.
-  EXPECT_LT((told.T_BC.p() - truth.T_BC.p()).norm(), 5e-3);
-  EXPECT_LT((truth.T_BC.Inverse() * told.T_BC).Angle(), 0.1 * M_PI / 180.0);
-  EXPECT_NEAR(told.time_offset, truth.time_offset, 3e-4);
-  EXPECT_NEAR(told.depth_scale, truth.depth_scale, 5e-3);
+  EXPECT_LT((with_range.T_BC.p() - truth.T_BC.p()).norm(), 5e-3);
+  EXPECT_LT((truth.T_BC.Inverse() * with_range.T_BC).Angle(), 0.1 * M_PI / 180.0);
+  EXPECT_NEAR(with_range.time_offset, truth.time_offset, 3e-4);
+  EXPECT_NEAR(with_range.depth_scale, truth.depth_scale, 5e-3);
   try {
-    const CameraImuCalibration untold = Calibrate(recording);
-    EXPECT_GT((untold.T_BC.p() - truth.T_BC.p()).norm(), 1e-2);
+    const CameraImuCalibration without_range = Calibrate(recording);
+    EXPECT_GT((without_range.T_BC.p() - truth.T_BC.p()).norm(), 1e-2);
   } catch (const InvalidArgument& error) {
     EXPECT_NE(std::string(error.what()).find("range"), std::string::npos) << error.what();
   }
@@ -282,7 +282,7 @@ TEST(CameraImuCalibration, PosesWithoutReadingsTakeNoPart) {
   EXPECT_THROW(Calibrate(recording), InvalidArgument);
 }
 
-TEST(CameraImuCalibration, RefusesWhatCannotBe) {
+TEST(CameraImuCalibration, RefusesImpossibleArguments) {
   const Truth truth;
   const Recording recording = Record(truth, 8);
   EXPECT_THROW(CalibrateCameraImu({}, recording.readings), InvalidArgument);

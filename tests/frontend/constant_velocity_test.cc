@@ -57,7 +57,7 @@ TEST(ConstantVelocity, HalfAStepTwiceIsAStep) {
   ExpectNear(half * half, kStep);
 }
 
-TEST(ConstantVelocity, AStampThatRepeatsTellsNoVelocity) {
+TEST(ConstantVelocity, ARepeatedStampGivesNoVelocity) {
   ConstantVelocity velocity;
   velocity.Measure(kStep, 0.1);
   for (const double dt : {0.001, 0.0, -0.1})
@@ -67,7 +67,7 @@ TEST(ConstantVelocity, AStampThatRepeatsTellsNoVelocity) {
   ExpectNear(velocity.Predict(-0.1), Pose());
 }
 
-TEST(ConstantVelocity, IsNotCarriedOnForEver) {
+TEST(ConstantVelocity, StopsExtrapolatingAfterAWhile) {
   ConstantVelocity velocity;
   velocity.Measure(kStep, 0.1);
   ExpectNear(velocity.Predict(20.0), velocity.Predict(0.5));

@@ -83,7 +83,7 @@ TEST_F(Degeneracy, ATexturedBoxLeavesNoneOpen) {
   EXPECT_TRUE(Open().empty());
 }
 
-TEST_F(Degeneracy, RotationCountsByTheWayItMovesTheScene) {
+TEST_F(Degeneracy, RotationCountsByTheMotionOfTheScene) {
   // A rotation of 5 mrad about x moves a point by 5 mm at 1 m, by 5 cm at 10 m.
   Matrix6 information = 1e8 * Matrix6::Identity();
   information(3, 3) = 1.0 / (0.005 * 0.005);
@@ -105,7 +105,7 @@ TEST_F(Degeneracy, TranslationIsTheCameras) {
   EXPECT_NEAR(std::abs(open[0].translation_C.dot(z_C)), 1.0, 1e-12);
 }
 
-TEST_F(Degeneracy, TheMostOpenDirectionComesFirstAndNothingKnownIsInfinite) {
+TEST_F(Degeneracy, TheLeastObservableDirectionComesFirstAndAnUnknownOneIsInfinite) {
   Matrix6 information = 1e6 * Matrix6::Identity();
   information(0, 0) = 400.0;  // 5 cm
   information(1, 1) = 0.0;

@@ -50,7 +50,7 @@ TEST_F(DepthComparisonTest, OnePlaceContradictsNothing) {
             0.0);
 }
 
-TEST_F(DepthComparisonTest, WhatHasComeOrGoneIsSeenOneWayAlone) {
+TEST_F(DepthComparisonTest, AppearedOrVanishedObjectsAreNoContradiction) {
   EXPECT_EQ(Contradiction(Wall(3.0), Box(-0.3, 0.3)), 0.0);
   EXPECT_EQ(Contradiction(Box(-0.3, 0.3), Wall(3.0)), 0.0);
 }

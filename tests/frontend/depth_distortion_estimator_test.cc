@@ -113,7 +113,7 @@ TEST(CorrectedDepth, TakesThePatternOffDepthAndEndsAtTheirPixelsOfTheImageAsItIs
   EXPECT_FALSE(corrected->lines[1].segment_C);
 }
 
-TEST(DepthDistortionEstimator, FindsThePatternAndMendsTheMap) {
+TEST(DepthDistortionEstimator, FindsThePatternAndCorrectsTheMap) {
   const DepthPattern truth = Tilted();
   // Reports of an adjustment where depth is correct, and where it is distorted.
   Walk right(DepthPattern{}), bent(truth);
@@ -167,7 +167,7 @@ TEST(DepthDistortionEstimator, WaitsForKeyframesOfItsOwnRunAndForMoreOfThemTheNe
   EXPECT_FALSE(off.HasResult());
 }
 
-TEST(DepthDistortionEstimator, MoreKeyframesTellAPatternThatIsKnownBetter) {
+TEST(DepthDistortionEstimator, MoreKeyframesReduceTheUncertaintyOfThePattern) {
   const DepthPattern truth = Tilted();
   Walk first(truth, 12);
   DepthDistortionEstimator finder(first.camera, {}, kBundle, kSynchronous);
@@ -221,7 +221,7 @@ TEST(DepthDistortionEstimator, KeyframesThatWereGivenStayAsTheyAre) {
   EXPECT_NE(walk.map.keyframe(walk.map.keyframe_ids()[2])->frame.features, given);
 }
 
-TEST(DepthDistortionEstimator, WhatIsCancelledIsNotApplied) {
+TEST(DepthDistortionEstimator, DoesNotApplyACancelledResult) {
   Walk walk(Tilted());
   const double error = walk.Error();
   DepthDistortionEstimator finder(walk.camera, {}, kBundle);
@@ -233,7 +233,7 @@ TEST(DepthDistortionEstimator, WhatIsCancelledIsNotApplied) {
   EXPECT_EQ(walk.Error(), error);
 }
 
-TEST(DepthDistortionEstimator, AMapWithoutDepthTellsNothing) {
+TEST(DepthDistortionEstimator, AMapWithoutDepthGivesNoPattern) {
   Walk walk(Tilted());
   for (const KeyFrameId id : walk.map.keyframe_ids()) {
     auto features = std::make_shared<FrameFeatures>(*walk.map.keyframe(id)->frame.features);

@@ -46,14 +46,14 @@ TEST(DirectAligner, AnotherExposureChangesNothing) {
   EXPECT_LT(testing::AngleError(known->T_WC, kTruth), 0.0015);
 }
 
-TEST(DirectAligner, OnAFlatWallGreyLevelsTellWhatDepthDoesNot) {
+TEST(DirectAligner, OnAFlatWallGreyLevelsObserveDirectionsThatDepthDoesNot) {
   const auto known = Align(testing::SeeGrids(kWall, kReference), testing::SeeGrids(kWall, kTruth));
   ASSERT_TRUE(known);
   EXPECT_LT(testing::PositionError(known->T_WC, kTruth), 0.006);
   EXPECT_LT(testing::AngleError(known->T_WC, kTruth), 0.002);
 }
 
-TEST(DirectAligner, RefusesWhatLeavesADirectionOpen) {
+TEST(DirectAligner, RefusesAnAlignmentWithAnUnobservableDirection) {
   // The images have almost no texture: motion along the wall is not observable.
   const testing::Light plain{.contrast = 0.005};
   EXPECT_FALSE(Align(testing::SeeGrids(kWall, kReference, plain),
@@ -65,7 +65,7 @@ TEST(DirectAligner, RefusesAnotherPlaceOfTheSameShape) {
                      testing::SeeGrids(kBoxes, kTruth, {.phase = 1.7})));
 }
 
-TEST(DirectAligner, RefusesWhatTheReferenceHardlySees) {
+TEST(DirectAligner, RefusesAViewWithLittleOverlap) {
   const Pose away = kReference * Pose::FromTangent({0, 0, 0}, {0, 0.85, 0});
   const DirectAligner aligner(kGrid, kNoise, {}, {});
   const FrameFeatures reference = testing::SeeGrids(kBoxes, kReference);
@@ -79,7 +79,7 @@ TEST(DirectAligner, RefusesFeaturesWithoutGrids) {
 }
 
 // A person walks ahead of the camera, in the same cells of both images.
-TEST(DirectAligner, LeavesOutWhatMovesInTheReference) {
+TEST(DirectAligner, LeavesOutDynamicObjectsOfTheReference) {
   FrameFeatures reference = testing::SeeGrids(kBoxes, kReference);
   FrameFeatures features = testing::SeeGrids(kBoxes, kTruth);
   const cv::Rect person(24, 6, 34, 50);

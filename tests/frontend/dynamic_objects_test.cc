@@ -87,7 +87,7 @@ TEST_F(FindDynamicTest, NothingMovesInAStillRoomWithNoise) {
   for (int i = 0; i < 5; ++i) EXPECT_TRUE(Find(Eigen::Vector3d::Zero()).empty()) << i;
 }
 
-TEST_F(FindDynamicTest, NothingMovesWhenTheCameraAloneDoes) {
+TEST_F(FindDynamicTest, FindsNothingWhereOnlyTheCameraMoves) {
   for (const Pose& step :
        {Pose::FromTangent({0.1, 0, 0}, {0, 0, 0}), Pose::FromTangent({0, 0, 0.15}, {0, 0, 0}),
         Pose::FromTangent({-0.05, 0.02, 0}, {0.01, 0.08, 0.02})}) {
@@ -131,7 +131,7 @@ TEST_F(FindDynamicTest, APersonWhoWalksAheadOfTheCameraIsMasked) {
   EXPECT_GT(Covered(mask, true), 0.8);
 }
 
-TEST_F(FindDynamicTest, WhatWillHaveLeftIsMaskedInHindsight) {
+TEST_F(FindDynamicTest, MasksAnObjectThatLaterImagesShowToHaveLeft) {
   std::vector<PosedDepth> later;
   for (int i = 1; i <= kReferences; ++i) {
     later.push_back(See(kReferences + i, {0.6, 0, 0}, Pose()));
@@ -141,7 +141,7 @@ TEST_F(FindDynamicTest, WhatWillHaveLeftIsMaskedInHindsight) {
   EXPECT_GT(Covered(mask, true), 0.9);
 }
 
-TEST_F(FindDynamicTest, WhatMovedAMomentAgoMovesStill) {
+TEST_F(FindDynamicTest, AnObjectThatMovedAMomentAgoIsStillDynamic) {
   // The person is too slow to leave its own place between the references, but was marked as moving.
   std::vector<PosedDepth> references;
   for (int i = 0; i < 3; ++i) {
@@ -157,7 +157,7 @@ TEST_F(FindDynamicTest, WhatMovedAMomentAgoMovesStill) {
   EXPECT_TRUE(FindDynamic(view, references, grid, noise, {.settled = 0.4}).empty());
 }
 
-TEST_F(FindDynamicTest, WhatHasComeToRestStands) {
+TEST_F(FindDynamicTest, AnObjectThatHasComeToRestIsStatic) {
   std::vector<PosedDepth> references;
   for (int i = 0; i < kReferences; ++i) {
     const bool walks = i < 3;
@@ -186,7 +186,7 @@ TEST_F(FindDynamicTest, NothingIsKnownWithoutReferencesOrDepth) {
   EXPECT_TRUE(FindDynamic(See(0, {0, 0, 0}, Pose()), none, grid, noise, {}).empty());
 }
 
-TEST_F(FindDynamicTest, WhatIsUncoveredIsNotRememberedAsMoving) {
+TEST_F(FindDynamicTest, DoesNotMarkUncoveredBackgroundAsDynamic) {
   // A person stood in front of the wall in all references and has left. The wall behind could be a
   // person who walks away as well, but must not be marked as moving because it did so before.
   std::vector<PosedDepth> references;
@@ -278,7 +278,7 @@ class DynamicObjectsTest : public ::testing::Test {
   DynamicObjects moving{Camera(), DepthNoise(), {}};
 };
 
-TEST_F(DynamicObjectsTest, FindsWhatMovedInTheLastSeconds) {
+TEST_F(DynamicObjectsTest, FindsObjectsThatMovedInTheLastSeconds) {
   for (int i = 0; i < 16; ++i) {
     moving.Remember(i * Stamp{250'000'000}, See(0.125 * i - 1.2), Pose(), {}, keyframe, map);
   }
@@ -287,7 +287,7 @@ TEST_F(DynamicObjectsTest, FindsWhatMovedInTheLastSeconds) {
       << "of a loaded map";
 }
 
-TEST_F(DynamicObjectsTest, ForgetsWhatIsLongAgo) {
+TEST_F(DynamicObjectsTest, DropsOldReferences) {
   moving.Remember(0, See(0.0), Pose(), {}, keyframe, map);
   moving.Remember(600'000'000, See(0.0), Pose(), {}, keyframe, map);
   EXPECT_FALSE(moving.Find(700'000'000, See(0.8), Pose(), map, kFirstSubmap).empty());
@@ -305,7 +305,7 @@ TEST_F(DynamicObjectsTest, FollowsTheKeyframesOfTheMap) {
   EXPECT_FALSE(moving.Find(1'300'000'000, See(0.8), T_new_old, map, kFirstSubmap).empty());
 }
 
-TEST_F(DynamicObjectsTest, WhatWasSeenInAnotherWorldSaysNothing) {
+TEST_F(DynamicObjectsTest, IgnoresReferencesOfAnotherWorld) {
   for (const Stamp stamp : {0L, 600'000'000L}) {
     moving.Remember(stamp, See(0.0), Pose(), {}, keyframe, map);
   }
@@ -319,7 +319,7 @@ TEST_F(DynamicObjectsTest, WhatWasSeenInAnotherWorldSaysNothing) {
       << "it is no more";
 }
 
-TEST_F(DynamicObjectsTest, FollowsWhatMovedInTheFrameBefore) {
+TEST_F(DynamicObjectsTest, FollowsObjectsThatMovedInTheFrameBefore) {
   // kPerson stands on the floor, and both form one surface with the wall; this box hangs.
   BoxWorld world;
   world.boxes = {Box{{-0.3, -0.5, 1.5}, {0.3, 0.3, 1.6}}};

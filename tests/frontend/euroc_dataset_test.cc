@@ -163,7 +163,7 @@ TEST_F(Euroc, ImagesOfOneCameraAloneAreLeftOutWithAWarning) {
   EXPECT_NE(dataset.warnings()[0].find("1 of 3 images"), std::string::npos);
 }
 
-TEST_F(Euroc, RefusesWhatItCannotUseNamingTheFile) {
+TEST_F(Euroc, RefusesUnusableFilesByName) {
   EXPECT_FALSE(EurocDataset::IsOne(folder_.path() / "nowhere"));
   const fs::path yaml = root() / "cam1" / "sensor.yaml";
   Write(yaml, CameraYaml(0.5 + kBaseline, "[0, 0, 0, 0]", "omni"));

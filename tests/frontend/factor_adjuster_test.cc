@@ -113,7 +113,7 @@ TEST_F(FactorAdjusterTest, KeepsGravityWhereTheMapKnowsIt) {
   }
 }
 
-TEST_F(FactorAdjusterTest, APlaceIsFoundFromAnyHeadingAndNotBeforeTheWayTellsIt) {
+TEST_F(FactorAdjusterTest, FindsTheFrameFromAnyHeadingOnceItIsObservable) {
   // The path is half a metre: 10 cm of noise leave the heading unobservable.
   Measure(0.1, 1, 2);
   EXPECT_FALSE(AlignFrame(map, frame, kFirstSubmap, 0.1));
@@ -139,7 +139,7 @@ TEST_F(FactorAdjusterTest, APlaceIsFoundFromAnyHeadingAndNotBeforeTheWayTellsIt)
   }
 }
 
-TEST_F(FactorAdjusterTest, AStraightWayTellsTheHeadingOfAnUprightFrame) {
+TEST_F(FactorAdjusterTest, AStraightPathRevealsTheHeadingOfAnUprightFrame) {
   Map straight;
   const auto features = std::make_shared<FrameFeatures>();
   const ReferenceFrameId upright = straight.factors().AddFrame({}),
@@ -172,7 +172,7 @@ TEST_F(FactorAdjusterTest, BeginsWhenEnoughFactorsAreNew) {
   EXPECT_FALSE(adjuster.Finish(&map));
 }
 
-TEST_F(FactorAdjusterTest, WhatWasCancelledIsDoneAgain) {
+TEST_F(FactorAdjusterTest, RepeatsACancelledAdjustment) {
   Measure(0.1);
   FactorAdjuster adjuster(defaults, {});
   ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
@@ -183,7 +183,7 @@ TEST_F(FactorAdjusterTest, WhatWasCancelledIsDoneAgain) {
   EXPECT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
 }
 
-TEST_F(FactorAdjusterTest, EachWorldHasItsOwnTurn) {
+TEST_F(FactorAdjusterTest, AdjustsEachWorldByItself) {
   Measure(0.1);  // 50 positions of the first world
   const SubmapId other = map.AddSubmap();
   const auto features = std::make_shared<FrameFeatures>();
@@ -203,7 +203,7 @@ TEST_F(FactorAdjusterTest, EachWorldHasItsOwnTurn) {
   EXPECT_FALSE(adjuster.BeginLast(map, other, {}));
 }
 
-TEST_F(FactorAdjusterTest, WhatCameWithTheMapIsNotNew) {
+TEST_F(FactorAdjusterTest, FactorsOfALoadedMapAreNotNew) {
   Measure(0.1);
   FactorAdjuster adjuster(defaults, {});
   adjuster.Adopt(map);
@@ -259,7 +259,7 @@ TEST_F(FactorAdjusterTest, WhoCancelsDoesNotWait) {
   EXPECT_TRUE(adjuster.Finish(&map)->accepted);
 }
 
-TEST_F(FactorAdjusterTest, WhatALoopsGraphFittedIsNotFittedOnceMore) {
+TEST_F(FactorAdjusterTest, DoesNotFitAgainWhatTheGraphOfALoopFitted) {
   Measure(0.5, 1);
   const LoopEdge loop = ring.Loop(0_kf, ring.last());
   Map at_once = map.Clone();
@@ -357,7 +357,7 @@ class Faulty final : public ceres::SizedCostFunction<3, 7, 7> {
   Fault fault_;
 };
 
-TEST_F(FactorAdjusterTest, OneFaultyFactorInSevenIsSetAsideAndTheOthersPlaceTheFrame) {
+TEST_F(FactorAdjusterTest, RejectsOneFaultyFactorOfSevenAndPlacesTheFrameByTheOthers) {
   Measure(0.1);
   const int faulty = static_cast<int>(map.factors().all().size()) / 6;
   constexpr Fault kFaults[] = {Fault::kThrows, Fault::kThrowsANumber, Fault::kRefuses,

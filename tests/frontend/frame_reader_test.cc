@@ -89,7 +89,7 @@ TEST(FrameReader, StopsInTheMiddle) {
   EXPECT_TRUE(reader.Next());
 }
 
-TEST(FrameReader, PassesOnWhatIsNotAMatterOfOneFile) {
+TEST(FrameReader, PassesOnErrorsThatConcernMoreThanOneFile) {
   const FakeDataset dataset(2);
   FrameReader reader(dataset);
   EXPECT_TRUE(reader.Next());

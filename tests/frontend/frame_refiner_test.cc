@@ -102,7 +102,7 @@ TEST_F(FrameRefinerTest, FindsPosesInTheMapAsItIsOnceEnoughKeyframesWereMade) {
   }
 }
 
-TEST_F(FrameRefinerTest, HoldsNoMoreFramesThanItIsTold) {
+TEST_F(FrameRefinerTest, HoldsNoMoreFramesThanItsLimit) {
   FrameRefiner refiner = Make({.keyframes = 3, .waiting = 35}, false);
   for (int i = 0; i < 36; ++i) {
     Add(refiner, MakeTracked(View(i), i), KeyFrameId(1));
@@ -114,7 +114,7 @@ TEST_F(FrameRefinerTest, HoldsNoMoreFramesThanItIsTold) {
   EXPECT_NEAR(Error(35), 0.005, 1e-6);
 }
 
-TEST_F(FrameRefinerTest, LeavesFramesAloneThatOthersThanTheirImageTold) {
+TEST_F(FrameRefinerTest, DoesNotRefineFramesWhosePoseIsNotFromTheirImage) {
   FrameRefiner refiner = Make({});
   for (int i = 0; i < 3; ++i) {
     TrackedFrame tracked = MakeTracked(View(i), i);
@@ -164,7 +164,7 @@ TEST_F(FrameRefinerTest, MovesRowsByTheMotionFromTheFrameBeforeToTheOneAfter) {
   EXPECT_LT(errors[1], 0.15 * errors[0]);
 }
 
-TEST_F(FrameRefinerTest, MendsTheDepthOfFramesThatCameBeforeItsPatternWasFound) {
+TEST_F(FrameRefinerTest, CorrectsTheDepthOfFramesFromBeforeItsPatternWasFound) {
   ImageKnowledge knowledge;
   knowledge.pattern.nodes.setConstant(0.02);
   FrameRefiner refiner = Make({});

@@ -192,7 +192,7 @@ TEST(FrameBuilder, DepthChangedBesideTheExtractionIsThatOfAllFeatures) {
   }
 }
 
-TEST(FrameBuilder, LeavesOutWhatIsNotAskedFor) {
+TEST(FrameBuilder, SkipsFeatureTypesThatAreSwitchedOff) {
   FrameBuilderOptions options;
   options.use_lines = false;
   const auto points = FrameBuilder(SmallSensor(), options).Build(Boxes());
@@ -222,7 +222,7 @@ TEST(FrameBuilder, BlankImageHasNoFeatures) {
 }
 
 // In pure noise FAST finds corners down to the noise level: each is marked as possibly noise.
-TEST(FrameBuilder, CornersOfNoiseAreFaint) {
+TEST(FrameBuilder, CornersOfNoiseHaveLowContrast) {
   const RgbdSensor sensor = SmallSensor();
   const cv::Size size(sensor.camera.width, sensor.camera.height);
   cv::RNG rng(4);

@@ -22,7 +22,7 @@ std::shared_ptr<const FrameFeatures> Wall(const PinholeCamera& camera) {
   return features;
 }
 
-TEST(FrameTimingEstimator, WhatTheStampsOfDepthSayIsNoneOfTheCamerasDelay) {
+TEST(FrameTimingEstimator, StampsOfDepthDoNotCountAsDelayOfTheCamera) {
   const MeasurementModel model(testing::IdealSensor(), {});
   const PinholeCamera& camera = model.camera();
   const DepthGrid grid(camera);

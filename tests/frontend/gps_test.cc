@@ -78,7 +78,7 @@ TEST_F(GpsTest, WithoutAPositionThereIsNoFix) {
   EXPECT_EQ(Read("1,nan,nan,nan\n2,1,2,3\n").size(), 1u);
 }
 
-TEST_F(GpsTest, WhatIsWrongIsSaidWithItsLine) {
+TEST_F(GpsTest, NamesTheLineOfAnError) {
   EXPECT_NE(Refusal("1,1,2,3\n2,1,2\n").find("gps.csv:2: has 3 fields"), std::string::npos);
   EXPECT_NE(Refusal("1,1,2,x\n").find(":1: 'x' is not a number"), std::string::npos);
   EXPECT_NE(Refusal("1305031102175304123,1,2,3\n").find("write seconds"), std::string::npos);

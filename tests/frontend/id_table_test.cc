@@ -25,7 +25,7 @@ TEST(IdTable, IdsAscendFromZeroAndAreNotGivenTwice) {
   EXPECT_EQ(table.size(), 2u);
 }
 
-TEST(IdTable, FindsWhatLivesAndNothingElse) {
+TEST(IdTable, FindsExistingIdsOnly) {
   IdTable<Thing> table;
   table.Add().value = 7;
   table.Add();
@@ -65,7 +65,7 @@ TEST(IdTable, ListsLiveIdsInAscendingOrder) {
   EXPECT_EQ(table.ids(), expected);
 }
 
-TEST(IdTable, ACopyGoesItsOwnWay) {
+TEST(IdTable, ACopyIsIndependent) {
   IdTable<Thing> table;
   table.Add().value = 1;
   IdTable<Thing> copy = table;

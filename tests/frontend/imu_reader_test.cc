@@ -162,7 +162,7 @@ TEST(ReadImu, ReadsSecondsBetweenBlanksAsEth3dHasThem) {
   EXPECT_EQ(imu.samples[1].stamp, 1403715273267143000);
 }
 
-TEST(ReadImu, KeepsWhatIsForTheCheckToFind) {
+TEST(ReadImu, KeepsReadingsForTheCheckToJudge) {
   const ImuRecording imu = ReadText(
       "1403715273005000000,nan,2,3,4,5,6\n1403715273000000000,1,2,3,4,5,-inf\n"
       "1403715273000000000,1,2,3,4,5,6\n");

@@ -32,8 +32,8 @@ using testing::UniformInBox;
 using testing::operator""_kf;
 
 // Returns the motion of a keyframe with an IMU factor to the previous one.
-InertialState Tied(const ImuState& state, const std::vector<ImuSample>& readings,
-                   const ImuNoise& noise, KeyFrameId previous) {
+InertialState ConstrainedState(const ImuState& state, const std::vector<ImuSample>& readings,
+                               const ImuNoise& noise, KeyFrameId previous) {
   InertialState motion;
   motion.stamp = readings.back().stamp;
   motion.v_WB = state.v_WB;
@@ -64,7 +64,7 @@ TEST(InertialAdjustment, HasTheCostOfAnImuFactorComputedByHand) {
                     Pose(Eigen::Quaterniond::Identity(), {0, 0, kHeight * k}));
   }
   map.keyframe(0_kf)->motion.emplace();
-  map.keyframe(1_kf)->motion = Tied({}, readings, noise, 0_kf);
+  map.keyframe(1_kf)->motion = ConstrainedState({}, readings, noise, 0_kf);
   map.keyframe(1_kf)->motion->weight = kWeight;
   map.SetGravity(kGravity);
   const MeasurementModel model(IdealSensor(), {});
@@ -101,7 +101,7 @@ class DisturbedWalk : public ::testing::Test {
         readings.push_back(motion.SampleAt(FromSeconds(kInterval * (k - 1 + i / 200.0))));
       }
       map.keyframe(id)->motion =
-          Tied(Truth(k), WithBias(readings, kBias), noise, KeyFrameId(k - 1));
+          ConstrainedState(Truth(k), WithBias(readings, kBias), noise, KeyFrameId(k - 1));
     }
     Disturb();
   }
@@ -206,7 +206,8 @@ class InertialLoop : public LoopScene {
                           q_BW * Eigen::Vector3d(-2.0 * rate * rate * outwards - kGravity)});
     }
     const ImuState state{keyframe.T_WC, T_W_true.q() * TrueVelocity(i)};
-    keyframe.motion = Tied(state, WithBias(readings, kBias), ImuNoise{}, KeyFrameId(i - 1));
+    keyframe.motion =
+        ConstrainedState(state, WithBias(readings, kBias), ImuNoise{}, KeyFrameId(i - 1));
     return id;
   }
 

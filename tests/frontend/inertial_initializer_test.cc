@@ -123,7 +123,7 @@ TEST(InertialInitializer, ErrorsAreConsistentWithTheirCovariance) {
   EXPECT_NEAR(sum / kRuns, 9.0, 4.0 * std::sqrt(18.0 / kRuns));
 }
 
-TEST(InertialInitializer, ImagesThatAreWorseThanTheyStateHaveToTellForLonger) {
+TEST(InertialInitializer, NeedsMoreTimeWhereTheNoiseOfImagesIsUnderstated) {
   const InertialSceneOptions scene{.bias = kBias, .T_WN = kTilted};
   const InertialInitializerOptions options{.max_gravity_sigma = 0.1};  // must not affect the wait
   constexpr double kOverstated = 4.0;
@@ -203,19 +203,19 @@ TEST(InertialInitializer, DegreesASecondContradictTheImages) {
       << ToString(run.report.status);
 }
 
-TEST(InertialInitializer, ReadingsAtTheEndOfTheRangeCountForLittleWhereTheRangeIsTold) {
+TEST(InertialInitializer, GivesReadingsAtTheLimitOfAKnownRangeLittleWeight) {
   constexpr double kRange = 9.81;  // [m/s^2] gravity alone: the motion exceeds it at times
   const auto ends = [=](ImuSample& reading) {
     reading.accelerometer = reading.accelerometer.cwiseMax(-kRange).cwiseMin(kRange);
   };
   const InertialSceneOptions scene{.bias = kBias, .T_WN = kTilted};
-  const Trial untold = Initialize(scene, 4.0, ends);
-  EXPECT_EQ(untold.report.status, InitializationStatus::kInconsistent);
-  const Trial told = Initialize(scene, 4.0, ends, {}, 1.0, kRange);
-  ASSERT_EQ(told.report.status, InitializationStatus::kReady) << told.report.error;
-  const InertialPrior& prior = *told.report.estimate;
+  const Trial without_range = Initialize(scene, 4.0, ends);
+  EXPECT_EQ(without_range.report.status, InitializationStatus::kInconsistent);
+  const Trial with_range = Initialize(scene, 4.0, ends, {}, 1.0, kRange);
+  ASSERT_EQ(with_range.report.status, InitializationStatus::kReady) << with_range.report.error;
+  const InertialPrior& prior = *with_range.report.estimate;
   EXPECT_LT(AngleBetween(prior.gravity_W.vector(), kTilted.q() * kGravity), 0.5 * kDegree);
-  const auto error = testing::EstimateError(told.truth, told.bias, prior.estimate);
+  const auto error = testing::EstimateError(with_range.truth, with_range.bias, prior.estimate);
   const auto sigma = prior.estimate.covariance.diagonal().cwiseSqrt();
   for (int i = 3; i < 15; ++i) EXPECT_LT(std::abs(error(i)), 3.5 * sigma(i)) << i;
 }
@@ -264,7 +264,7 @@ TEST(InertialInitializer, ErrorIsOneOnAverageWhateverTheImagesLeaveOpen) {
   }
 }
 
-TEST(InertialInitializer, ForgetsWhatIsOldAndAllOfItWhenAsked) {
+TEST(InertialInitializer, DropsOldReadingsAndAllOfThemOnRequest) {
   InertialScene scene;
   ImuBuffer buffer;
   for (const ImuSample& reading : scene.Readings(0.0, 12.0)) buffer.Add(reading);

@@ -164,7 +164,7 @@ TEST(InertialOdometry, RestartsAfterAGapInTheReadings) {
 }
 
 // Simulates an impact on the sensor that the camera does not see, between two instants [s].
-std::function<bool(ImuSample&)> Blow(double from, double to) {
+std::function<bool(ImuSample&)> Shock(double from, double to) {
   return [=](ImuSample& reading) {
     const double t = ToSeconds(reading.stamp);
     if (t > from && t < to) {
@@ -175,11 +175,11 @@ std::function<bool(ImuSample&)> Blow(double from, double to) {
   };
 }
 
-TEST(InertialOdometry, DoesNotBelieveReadingsThatImagesContradict) {
+TEST(InertialOdometry, RejectsReadingsThatImagesContradict) {
   // The impact is within one interval of the images, or spans an image: two are inconsistent.
   for (const double from : {4.22, 4.27}) {
     Drive drive({.bias = kBias});
-    drive.change = Blow(from, from + 0.06);
+    drive.change = Shock(from, from + 0.06);
     drive.Until(4.21);
     ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
     const ImuBias before = drive.odometry.estimate()->bias;
@@ -202,7 +202,7 @@ TEST(InertialOdometry, DoesNotBelieveReadingsThatImagesContradict) {
   }
 }
 
-TEST(InertialOdometry, ReadingsAtTheEndOfTheRangeCountForLittleWhereTheRangeIsTold) {
+TEST(InertialOdometry, GivesReadingsAtTheLimitOfAKnownRangeLittleWeight) {
   constexpr double kRange = 9.81, kFrom = 4.0, kTo = 5.5;  // [m/s^2] gravity alone; [s]
   const auto ends = [=](ImuSample& reading) {
     if (const double t = ToSeconds(reading.stamp); t > kFrom && t < kTo) {

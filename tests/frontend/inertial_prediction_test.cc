@@ -14,7 +14,7 @@ using testing::kBias;
 using testing::kStep;
 using testing::kTilted;
 
-TEST(InertialPrediction, IsTrueWithinItsOwnCovariance) {
+TEST(InertialPrediction, AgreesWithTheTruthWithinItsCovariance) {
   Drive drive({.bias = kBias, .T_WN = kTilted});
   drive.Until(4.0);
   double sum = 0.0;
@@ -32,7 +32,7 @@ TEST(InertialPrediction, IsTrueWithinItsOwnCovariance) {
   EXPECT_GT(sum / kImages, 0.1);
 }
 
-TEST(InertialPrediction, TellsTheMotionAtTheImageNotThatOfTheStepToIt) {
+TEST(InertialPrediction, GivesTheMotionAtTheImageNotTheMeanOfTheStepToIt) {
   Drive drive({.bias = kBias, .T_WN = kTilted});
   drive.Until(5.0);
   double v = 0.0, omega = 0.0, omega_of_step = 0.0;

@@ -17,7 +17,7 @@ using testing::kFirst;
 using testing::kStep;
 using testing::kTilted;
 
-TEST(InertialRest, InitializesAtRestAndKnowsThatItRests) {
+TEST(InertialRest, InitializesAtRestAndDetectsThatItIsStationary) {
   Drive drive({.motion = 0.0, .T_WN = kTilted});
   drive.Until(4.0);
   ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
@@ -31,7 +31,7 @@ TEST(InertialRest, InitializesAtRestAndKnowsThatItRests) {
   for (const InertialReport& report : moving.reports) EXPECT_FALSE(report.stationary);
 }
 
-TEST(InertialRest, WhatCreepsDoesNotRestAndItsVelocityIsRight) {
+TEST(InertialRest, ASlowMotionIsNotStationaryAndItsVelocityIsRight) {
   for (const double creep : {0.005, 0.01, 0.02, 0.028}) {
     Drive drive({.motion = 0.0, .creep = creep, .T_WN = kTilted});
     drive.Until(8.0);
@@ -49,7 +49,7 @@ TEST(InertialRest, WhatCreepsDoesNotRestAndItsVelocityIsRight) {
   }
 }
 
-TEST(InertialRest, WhatRestedInTheLightRestsInTheDark) {
+TEST(InertialRest, StaysStationaryWithoutImagesOnceItWasAtRest) {
   Drive drive({.motion = 0.0, .T_WN = kTilted});
   drive.Until(8.0, [](double t) { return t < 5.0; });
   std::size_t at_rest = 0, dark = 0;

@@ -235,7 +235,7 @@ TEST(InertialWindow, ExtrinsicsAreConsistentOverFiftySeeds) {
   EXPECT_LT(known, 0.005) << "half of what was known beforehand";
 }
 
-TEST(PredictCamera, CountsWhatIsUnknownOfTheExtrinsicsOnce) {
+TEST(PredictCamera, CountsTheUncertaintyOfTheExtrinsicsOnce) {
   std::mt19937 rng(4);
   std::normal_distribution<double> normal;
   Eigen::Matrix<double, 24, 24> A;
@@ -342,7 +342,7 @@ TEST(InertialWindow, SigmaOfGravityIsThatOfItsLessCertainAxis) {
 }
 
 // A window that starts from the prior of another one has the same information, couplings included.
-TEST(InertialWindow, GoesOnFromThePriorOfAnotherWindow) {
+TEST(InertialWindow, ContinuesFromThePriorOfAnotherWindow) {
   for (const bool free_time_offset : {true, false}) {
     const Driven driven = Drive({.time_offset = 0.0}, 8, {.t_d = 1e-9}, free_time_offset);
     const InertialPrior prior = driven.window->Prior();
@@ -362,7 +362,7 @@ TEST(InertialWindow, GoesOnFromThePriorOfAnotherWindow) {
 }
 
 // Gravity and the accelerometer's bias are each uncertain, but their combination is known.
-TEST(InertialWindow, WhatIsKnownOfGravityAndBiasTogetherPredictsTheMotion) {
+TEST(InertialWindow, JointCovarianceOfGravityAndBiasPredictsTheMotion) {
   std::vector<ImuSample> readings;
   for (int i = 0; i <= 20; ++i) readings.push_back({i * 5'000'000, {0, 0, 0}, -kGravity});
   const ImuPreintegration imu(readings, ImuBias::Zero());

@@ -55,7 +55,7 @@ Bytes CutBy(Bytes bytes, std::size_t count) {
   return bytes;
 }
 
-TEST(JpegExtent, WhatCamerasAddBehindTheEndDoesNotMatter) {
+TEST(JpegExtent, IgnoresBytesThatCamerasAppend) {
   std::vector<Picture> pictures = SequentialPictures();
   pictures.push_back(Progressive());
   for (const Picture& picture : pictures) {

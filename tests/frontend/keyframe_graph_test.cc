@@ -33,7 +33,7 @@ TEST_F(KeyFrameGraphTest, OdometryAndCovisibilityHoldTheMapAsItIs) {
   for (const PoseGraphEdge& edge : graph.graph.edges) EXPECT_FALSE(edge.IsLoop());
 }
 
-TEST_F(KeyFrameGraphTest, WhatHoldsGravityIsNoLoop) {
+TEST_F(KeyFrameGraphTest, AGravityPriorIsNotALoop) {
   map().SetGravity(Eigen::Vector3d(0, 0, -9.81));
   const std::vector<LoopEdge> loops{{0_kf, 19_kf, Pose()}};
   const KeyFrameGraph graph = MakeKeyFrameGraph(map(), loops);
@@ -67,7 +67,7 @@ TEST_F(KeyFrameGraphTest, NodesCountOnAcrossRemovedKeyFrames) {
   EXPECT_EQ(graph.graph.edges.size(), 18u + 2u);
 }
 
-TEST_F(KeyFrameGraphTest, ALoopGoesOnAtTheKeyFramesThatItsOwnHangOn) {
+TEST_F(KeyFrameGraphTest, ALoopOfRemovedKeyFramesConnectsTheirAnchors) {
   const auto T_WC = [&](KeyFrameId id) { return map().ResolvePose(id); };
   const LoopEdge loop{5_kf, 18_kf, T_WC(5_kf).Inverse() * T_WC(18_kf)};
   map().RemoveKeyFrame(5_kf, 4_kf);
@@ -84,7 +84,7 @@ TEST_F(KeyFrameGraphTest, ALoopGoesOnAtTheKeyFramesThatItsOwnHangOn) {
   EXPECT_LT(edge.Z.q().angularDistance(expected.q()), 1e-7);
 }
 
-TEST_F(KeyFrameGraphTest, ALoopBetweenWhatOdometryJoinsByNowIsLeftOut) {
+TEST_F(KeyFrameGraphTest, LeavesOutALoopBetweenKeyFramesThatOdometryNowConnects) {
   const std::vector<LoopEdge> loops{{5_kf, 7_kf, Pose()}, {5_kf, 8_kf, Pose()}};
   map().RemoveKeyFrame(5_kf, 6_kf);
   const KeyFrameGraph graph = MakeKeyFrameGraph(map(), loops, {.neighbours = 0});
@@ -92,7 +92,7 @@ TEST_F(KeyFrameGraphTest, ALoopBetweenWhatOdometryJoinsByNowIsLeftOut) {
   EXPECT_EQ(graph.graph.edges[graph.loop_edges[0]].j, graph.NodeOf(8_kf));
 }
 
-TEST_F(KeyFrameGraphTest, WhatALoopSaysIsJudgedByTheWayBetween) {
+TEST_F(KeyFrameGraphTest, JudgesALoopByThePathBetweenItsKeyFrames) {
   const Pose truth = map().keyframe(0_kf)->T_WC.Inverse() * map().keyframe(19_kf)->T_WC;
   const Pose off = truth * Pose::FromTangent({0.05, 0.0, 0.0}, {0.0, 0.0, 0.0});
   const double chi2 = LoopChi2(MakeKeyFrameGraph(map(), {}), {0_kf, 19_kf, off});

@@ -82,7 +82,7 @@ TEST_F(KeyFrameIndexTest, PointsAndLinesAddUp) {
   EXPECT_NEAR(places[1].score, 60.0 / 160.0, 1e-12);
 }
 
-TEST_F(KeyFrameIndexTest, WhatManyKeyFramesHaveSaysLittle) {
+TEST_F(KeyFrameIndexTest, WordsOfManyKeyFramesHaveLittleWeight) {
   FrameFeatures common;
   AppendDescriptor(common.point_descriptors, RandomDescriptor(rng));
   for (int i = 20; i < 40; ++i) index.Add(KeyFrameId(i), common);
@@ -96,7 +96,7 @@ TEST_F(KeyFrameIndexTest, WhatManyKeyFramesHaveSaysLittle) {
   EXPECT_EQ(places[0].keyframe, 39_kf) << "of equal scores the newer first";
 }
 
-TEST_F(KeyFrameIndexTest, WhatWasRemovedIsNotFound) {
+TEST_F(KeyFrameIndexTest, DoesNotFindRemovedKeyFrames) {
   ASSERT_EQ(index.Query(features[7]).at(0).keyframe, 7_kf);
   index.Remove(7_kf, features[7]);
   EXPECT_EQ(index.size(), 19u);
@@ -104,7 +104,7 @@ TEST_F(KeyFrameIndexTest, WhatWasRemovedIsNotFound) {
   EXPECT_EQ(index.Query(features[8]).at(0).keyframe, 8_kf);
 }
 
-TEST_F(KeyFrameIndexTest, NothingLooksLikeNothing) {
+TEST_F(KeyFrameIndexTest, AnEmptyFrameIsSimilarToNone) {
   EXPECT_TRUE(index.Query(FrameFeatures()).empty());
   EXPECT_TRUE(KeyFrameIndex().Query(features[0]).empty());
   index.Add(20_kf, FrameFeatures());

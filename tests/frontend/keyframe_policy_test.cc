@@ -90,7 +90,7 @@ TEST_F(KeyFramePolicyWants, WhenTheLastOneIsLongAgo) {
   EXPECT_TRUE(policy.Wants(Tracked(100, 10, 0, 1.31), map, FromSeconds(0.3), true));
 }
 
-TEST_F(KeyFramePolicyWants, NoneWhereTheCameraStandsUnlessAnImuTiesThem) {
+TEST_F(KeyFramePolicyWants, NoneWhereTheCameraStandsUnlessAnImuConstrainsThem) {
   const KeyFramePolicy policy({.min_share = 0.1, .max_gap = 1.0, .wanted_tracked = 0});
   const auto frame = [&](double shift, int points = 100) {
     TrackedFrame tracked = Tracked(points, 10, 0, 60.0);

@@ -97,7 +97,7 @@ TEST_F(KeyframeReleaseTest, PlacesThemWhereTheyAreByThen) {
   EXPECT_EQ(views[0].place.world, map_.Root(kFirstSubmap).value());
 }
 
-TEST_F(KeyframeReleaseTest, MasksWhatWasDynamicAtFirstAndByThen) {
+TEST_F(KeyframeReleaseTest, MasksObjectsThatWereDynamicAtFirstOrByThen) {
   const KeyFrameId id = Add(1.0, Column(2));
   masks_[id] = Column(5);
   const std::vector<KeyframeView> views = Take(3.0);

@@ -66,7 +66,7 @@ class KeyframeRowTimesTest : public ::testing::Test {
   KeyframeRowTimes times_{sensor_.camera, grid_};
 };
 
-TEST_F(KeyframeRowTimesTest, FeaturesAndLandmarksFollowWhatIsLearntOfTimingAndMotion) {
+TEST_F(KeyframeRowTimesTest, FeaturesAndLandmarksFollowTheEstimatesOfTimingAndMotion) {
   const auto expected =
       CompensatedToMiddleRow(features(), sensor_.camera, kTiming.colour_readout, kMotion);
   const double before = LargestError();
@@ -125,7 +125,7 @@ TEST_F(KeyframeRowTimesTest, ALandmarkFollowsByTheShareOfItsKeyframes) {
   EXPECT_EQ(map().keyframe(other)->frame.features, kept);
 }
 
-TEST_F(KeyframeRowTimesTest, WhatShowsLessThanATenthOfAPixelMovesNothing) {
+TEST_F(KeyframeRowTimesTest, IgnoresChangesOfLessThanATenthOfAPixel) {
   const auto before = map().keyframe(id_)->frame.features;
   times_.Correct(id_, kMotion);
   Compensate({.value = {.colour_readout = 1e-5, .depth_readout = 1e-5}});

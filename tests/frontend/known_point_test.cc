@@ -36,7 +36,7 @@ std::vector<SeenPoint> SeenByTwoOrMore(const SeenLandmarks& all) {
   return seen;
 }
 
-TEST(KnownPoint, CostsWhatTheViewsCost) {
+TEST(KnownPoint, HasTheSameCostAsItsViews) {
   MappedPlace place({});
   const MeasurementModel model = place.model();
   const SeenLandmarks all = place.See(testing::kStart);

@@ -99,7 +99,7 @@ TEST_F(LandmarkFusionTest, LinesThatTheKeyFrameObservesStayApartWhereTheyAreNotT
   EXPECT_EQ(map().num_lines(), before);
 }
 
-TEST_F(LandmarkFusionTest, AReadingWhoseDepthDeniesTheLandmarkIsNoObservationOfIt) {
+TEST_F(LandmarkFusionTest, AFeatureWhoseDepthContradictsTheLandmarkIsNoObservationOfIt) {
   const PointId behind = map().keyframe(1_kf)->points.front();
   Eigen::Vector3d& p_W = map().point(behind)->p_W;
   p_W = kPoses[1].p() + 1.15 * (p_W - kPoses[1].p());  // on the same pixel

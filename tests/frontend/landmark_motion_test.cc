@@ -59,7 +59,7 @@ TEST_F(LandmarkMotion, MarksThatMovedContradictTheOthers) {
   }
 }
 
-TEST_F(LandmarkMotion, LinesCountInWhatIsMoreOfTheScene) {
+TEST_F(LandmarkMotion, LinesCountTowardsTheRestOfTheScene) {
   Look({0.03, 0, 0});
   lines = 15;  // 20 and 30 against some 55 of the 60 that fit
   EXPECT_TRUE(Moved());
@@ -91,7 +91,7 @@ TEST_F(LandmarkMotion, MarksThatStandDoNot) {
   }
 }
 
-TEST_F(LandmarkMotion, AFewMarksTellNothing) {
+TEST_F(LandmarkMotion, AFewMarksAreNoEvidence) {
   Look({0.1, 0, 0}, 7, 7);
   EXPECT_FALSE(Moved());
   EXPECT_TRUE(Moved({.min_points = 7}));
@@ -103,7 +103,7 @@ TEST_F(LandmarkMotion, MostOfTheMarksMustContradict) {
   EXPECT_TRUE(Moved({.min_share = 0.4}));
 }
 
-TEST_F(LandmarkMotion, WhatTheOthersLeaveOpenContradictsNothing) {
+TEST_F(LandmarkMotion, AnUnobservableDirectionOfTheOthersContradictsNothing) {
   // A small spot of the wall hardly constrains a rotation combined with a translation, which moves
   // a nearer panel.
   Look({0.03, 0, 0});

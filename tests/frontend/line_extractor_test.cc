@@ -132,7 +132,7 @@ TEST(LineExtractor, AGapIsMeasuredByTheSizeOfTheImage) {
 }
 
 // The longest segment, first too far from the second longest, reaches it by merging the third.
-TEST(MergeCollinear, WhatHasGrownReachesWhatWasTooFarBefore) {
+TEST(MergeCollinear, AMergedSegmentReachesOneThatWasTooFarBefore) {
   const auto on_x = [](float from, float to) { return LineSegment{{from, 5.0F}, {to, 5.0F}}; };
   const std::vector<LineSegment> merged =
       internal::MergeCollinear({on_x(0, 100), on_x(108, 128), on_x(136, 196)}, 10.0F);
@@ -188,7 +188,7 @@ TEST_P(LineExtractorTest, FindsLinesWithinAPixelWithoutRefinement) {
   }
 }
 
-TEST_P(LineExtractorTest, FindsNothingInBlankOrTinyImages) {
+TEST_P(LineExtractorTest, FindsNoLinesInBlankOrTinyImages) {
   for (const int value : {0, 128, 255}) {
     const LineFeatures features = Extract(cv::Mat(240, 320, CV_8U, cv::Scalar(value)));
     EXPECT_TRUE(features.segments.empty());

@@ -153,7 +153,7 @@ TEST(TriangulateLine, WeighsAViewByItsOwnNoise) {
 
 // The planes through the cameras and the observed segments almost coincide: only noise determines a
 // distance.
-TEST(TriangulateLine, TellsNoDistanceWhereTheCameraMovesInThePlaneOfTheLine) {
+TEST(TriangulateLine, FindsNoDistanceWhereTheCameraMovesInThePlaneOfTheLine) {
   const Segment3 segment({-0.4, 0.2, 2.5}, {0.5, 0.2, 2.2});
   // The camera moves along the line and towards it, while it rotates.
   const auto in_plane = [&](double x) {
@@ -211,7 +211,7 @@ TEST_F(EpipolarLineMatcherTest, FindsTheSameLinesWithoutTheirDepth) {
   }
 }
 
-TEST_F(EpipolarLineMatcherTest, WhatNoDistanceExplainsOrIsNotWantedIsNoPair) {
+TEST_F(EpipolarLineMatcherTest, DoesNotPairSegmentsThatNoDistanceExplainsOrExcludedOnes) {
   const SyntheticView a = Look(scene, IdealSensor(), At(0.0));
   SyntheticView b = Look(scene, IdealSensor(), At(0.3));
   const std::size_t before = Match(a, At(0.0), b, At(0.3)).size();
@@ -237,7 +237,7 @@ TEST_F(EpipolarLineMatcherTest, WhatNoDistanceExplainsOrIsNotWantedIsNoPair) {
 
 // With hardly any baseline, noise alone puts half of the segments beyond infinity, by up to its own
 // amount.
-TEST_F(EpipolarLineMatcherTest, ASegmentMayMissTheLineByItsOwnNoise) {
+TEST_F(EpipolarLineMatcherTest, ASegmentMayMissTheLineByItsNoise) {
   constexpr double kBase = 0.002;
   const auto look = [&](double x, unsigned seed, float noise) {
     SyntheticView view = Look(scene, IdealSensor(), At(x), {.px = 1.0, .seed = seed});
@@ -324,7 +324,7 @@ TEST_F(DepthlessLinesTest, SegmentsThatAreLandmarksOrHaveDepthAreNone) {
   EXPECT_TRUE(Find().empty());
 }
 
-TEST_F(DepthlessLinesTest, AViewThatDeniesTheLineIsLeftOut) {
+TEST_F(DepthlessLinesTest, LeavesOutAViewThatContradictsTheLine) {
   AddSideBySide(5);
   EXPECT_GT(Find({.min_views = 5}).size(), 5U);
   // The pose of one keyframe is wrong: it is rolled, because a line along the shift would not

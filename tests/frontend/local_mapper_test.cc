@@ -82,7 +82,7 @@ TEST_F(LocalMapperTest, CornersOfUncertainDepthMakeNoLandmark) {
   EXPECT_EQ(map.keyframe(0_kf)->points[5], kNoId);
 }
 
-TEST_F(LocalMapperTest, TheDepthOfAKeyFrameIsWithoutWhatMoves) {
+TEST_F(LocalMapperTest, MasksDynamicObjectsInTheDepthOfAKeyFrame) {
   LocalMapper mapper(model, {});
   SyntheticView view = Look(scene, IdealSensor(), At(0));
   auto features = std::make_shared<FrameFeatures>(*view.features);
@@ -283,7 +283,7 @@ TEST_F(LocalMapperTest, RedundantKeyFramesGoButNotTheFirstNorTheNewest) {
   EXPECT_EQ(map.num_keyframes() + culled.size(), 8u);
 }
 
-TEST_F(LocalMapperTest, AKeyFrameGoesOnceSoManyOthersSeeItsPoints) {
+TEST_F(LocalMapperTest, CullsAKeyFrameWhosePointsEnoughOthersSee) {
   const int usual = LocalMapperOptions().redundant_observers;
   EXPECT_EQ(usual, 2) << "more, and a camera that stays makes the map grow";
   for (const int observers : {usual, 3, 4}) {
@@ -336,7 +336,7 @@ TEST_F(LocalMapperTest, LinesAloneMakeAKeyFrameRedundant) {
   EXPECT_EQ(map.num_points(), 0u);
 }
 
-TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForAWhile) {
+TEST_F(LocalMapperTest, KeepsARedundantKeyFrameForAWhileWhereTheImuConstrainsItsNeighbours) {
   // The camera is stationary, with a keyframe every 0.6 s: without one of them there is a gap of
   // 1.2 s.
   LocalMapper mapper(model, {.max_motion_gap = 1.0, .motion_span = 3.0});
@@ -374,7 +374,7 @@ TEST_F(LocalMapperTest, ARedundantKeyFrameThatTiesItsNeighboursByTheImuStaysForA
   EXPECT_LE(map.num_keyframes(), 8u);
 }
 
-TEST_F(LocalMapperTest, ALandmarkThatTheNewKeyFrameSeesSurvivesTheOneThatGoes) {
+TEST_F(LocalMapperTest, KeepsALandmarkOfACulledKeyFrameThatTheNewOneSees) {
   LocalMapper mapper(model, {.min_observations = 3});
   for (int i = 0; i < 12; ++i) {
     const SyntheticView view = Look(scene, IdealSensor(), At(0.002 * i));
@@ -417,7 +417,7 @@ TEST_F(LocalMapperTest, KeyFramesThatSeeNewThingsStay) {
   }
 }
 
-TEST_F(LocalMapperTest, InTheBackgroundTheMapIsThatOfLockstepToTheBit) {
+TEST_F(LocalMapperTest, InTheBackgroundTheMapEqualsThatOfSynchronousModeToTheBit) {
   finish_ = false;
   Eigen::Matrix<double, 6, 1> error;
   error << 0.003, -0.002, 0.002, 0.001, 0.001, -0.001;
@@ -442,7 +442,7 @@ TEST_F(LocalMapperTest, InTheBackgroundTheMapIsThatOfLockstepToTheBit) {
   EXPECT_EQ(points[0], points[1]);
 }
 
-TEST_F(LocalMapperTest, InTheBackgroundNothingMovesBeforeItIsAskedTo) {
+TEST_F(LocalMapperTest, InTheBackgroundNothingMovesBeforeTheResultIsApplied) {
   finish_ = false;
   LocalMapper mapper(model, {});
   InsertAt(mapper, 0.0);
@@ -463,7 +463,7 @@ TEST_F(LocalMapperTest, InTheBackgroundNothingMovesBeforeItIsAskedTo) {
   EXPECT_FALSE(mapper.Update(&map));
 }
 
-TEST_F(LocalMapperTest, WhatIsGivenUpIsNotApplied) {
+TEST_F(LocalMapperTest, DoesNotApplyCancelledWork) {
   LocalMapper mapper(model, {});
   const Pose wrong = InsertWrongly(mapper);
   mapper.Drop();

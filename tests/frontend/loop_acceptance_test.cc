@@ -33,7 +33,7 @@ class LoopAcceptance : public ::testing::Test {
   const MeasurementModel model_{testing::IdealSensor(), {}};
 };
 
-TEST_F(LoopAcceptance, ATrueLoopIsTakenHoweverLongTheWayIs) {
+TEST_F(LoopAcceptance, AcceptsATrueLoopHoweverLongThePathIs) {
   constexpr unsigned kWalks = 20;
   for (const int keyframes : {100, 500}) {
     RingMap ring(keyframes);
@@ -48,7 +48,7 @@ TEST_F(LoopAcceptance, ATrueLoopIsTakenHoweverLongTheWayIs) {
   }
 }
 
-TEST_F(LoopAcceptance, EdgesSideBySideKnowNoMoreOfALongWayThanOdometry) {
+TEST_F(LoopAcceptance, ParallelEdgesKnowNoMoreOfALongPathThanOdometry) {
   RingMap ring(200);
   const LoopEdge off = Off(ring.Loop(KeyFrameId(0), ring.last()), {1.0, 1.0, 1.0});
   const KeyFrameGraphOptions chain{.neighbours = 0}, sides{.neighbours = 3};
@@ -59,7 +59,7 @@ TEST_F(LoopAcceptance, EdgesSideBySideKnowNoMoreOfALongWayThanOdometry) {
   EXPECT_NEAR(LoopChi2(graph, off, sides), alone, 0.1 * alone);
 }
 
-TEST_F(LoopAcceptance, WhatIsOffAlikeInEveryStepOfALongWayIsAllowedFor) {
+TEST_F(LoopAcceptance, AllowsForABiasCommonToAllStepsOfALongPath) {
   constexpr double kMaxChi2 = KeyFrameGraphOptions().max_loop_chi2;
   RingMap ring(1000);
   int within = 0, unbiased = 0;
@@ -104,7 +104,7 @@ TEST_F(LoopAcceptance, ALoopBeyondTheDriftIsRefusedWithGravityAsWithout) {
   }
 }
 
-TEST_F(LoopAcceptance, TheDriftOfTheWayAloneSaysHowFarALoopMayBeOff) {
+TEST_F(LoopAcceptance, OnlyTheDriftOfThePathBoundsTheErrorOfALoop) {
   // The error grows along one axis, from the map's pose to a tenth below and above the bound.
   constexpr double kMaxChi2 = KeyFrameGraphOptions().max_loop_chi2;
   RingMap ring(500);

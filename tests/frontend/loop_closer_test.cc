@@ -88,7 +88,7 @@ TEST(LoopCloser, TheFewStepsOfTheAdjustmentReachTheBottomForALongLoop) {
   EXPECT_LT(farthest, 0.001) << "damped as Ceres does by default it is 50 mm";
 }
 
-TEST(LoopCloser, WhatTheAdjustmentFindsWrongIsForgottenByTheMap) {
+TEST(LoopCloser, RemovesOutliersOfTheAdjustmentFromTheMap) {
   LoopScene scene(kDrifting);
   LoopCloser closer(scene.model, {}, 0);
   constexpr int kWrongIndex = 20;
@@ -131,7 +131,7 @@ TEST(LoopCloser, ConnectsTheTwoSides) {
   EXPECT_TRUE(connected);
 }
 
-TEST(LoopCloser, InTheBackgroundTheMapGoesOnAndNewerKeyFramesFollow) {
+TEST(LoopCloser, InTheBackgroundTheMapGrowsAndNewerKeyFramesAreCorrected) {
   LoopScene scene(kDrifting);
   LoopCloserOptions options;
   LoopCloser closer(scene.model, options, 1);
@@ -184,7 +184,7 @@ TEST(LoopCloser, WorkThatIsNotWaitedForIsGivenUp) {
   EXPECT_EQ(scene.Rmse(), before);
 }
 
-TEST(LoopCloser, OfALoopThatIsGivenUpNothingIsApplied) {
+TEST(LoopCloser, AppliesNothingOfACancelledLoop) {
   LoopScene scene(kDrifting);
   LoopCloserOptions options;
   LoopCloser closer(scene.model, options, 1);
@@ -199,7 +199,7 @@ TEST(LoopCloser, OfALoopThatIsGivenUpNothingIsApplied) {
   EXPECT_TRUE(closer.loops().empty());
 }
 
-TEST(LoopCloser, RepeatsBitForBitInLockstep) {
+TEST(LoopCloser, RepeatsBitForBitInSynchronousMode) {
   LoopScene first(kDrifting), second(kDrifting);
   Walk(first, {});
   Walk(second, {});
@@ -209,7 +209,7 @@ TEST(LoopCloser, RepeatsBitForBitInLockstep) {
   EXPECT_EQ(first.map.num_points(), second.map.num_points());
 }
 
-TEST(LoopCloser, TellsOnceHowAGraphWithFactorsOfTheUsersMovedKeyFrames) {
+TEST(LoopCloser, ReportsOnceHowUserFactorsMovedKeyFrames) {
   LoopScene plain(kDrifting), scene(kDrifting);
   LoopCloser without(plain.model, {}, 0), closer(scene.model, {}, 0);
   for (int i = 0; i < scene.size() && closer.loops().empty(); ++i) {
@@ -262,7 +262,7 @@ Loop FindLoop(LoopScene& scene) {
   throw InvalidArgument("no loop");
 }
 
-TEST(LoopCorrection, RefusesALoopThatTheGraphDenies) {
+TEST(LoopCorrection, RejectsALoopThatContradictsTheGraph) {
   LoopScene scene(kDrifting);
   Loop loop = FindLoop(scene);
   loop.edge.Z = loop.edge.Z * Pose::FromTangent({4.0, 0.0, 0.0}, {0.0, 0.0, 1.0});

@@ -51,7 +51,7 @@ TEST_F(LoopDetectorTest, LinesPassTheOutlierRuleOfTheModel) {
   EXPECT_LE(loop->lines.size(), 2u);
 }
 
-TEST_F(LoopDetectorTest, LinesAloneWillDo) {
+TEST_F(LoopDetectorTest, LinesAloneAreEnough) {
   LoopScene scene({.points = 0, .lines = 1500, .drift = {0.005, 0.0, 0.0}});
   const auto loop = Feed(scene);
   ASSERT_TRUE(loop);
@@ -61,7 +61,7 @@ TEST_F(LoopDetectorTest, LinesAloneWillDo) {
   EXPECT_LT(PositionError(loop->edge.Z, truth), 0.03);
 }
 
-TEST_F(LoopDetectorTest, OneKeyFrameIsNoReasonToBelieve) {
+TEST_F(LoopDetectorTest, OneKeyFrameIsNotEnoughEvidence) {
   LoopScene scene({});
   EXPECT_FALSE(Feed(scene, {.consistency = 30}));
 }
@@ -81,7 +81,7 @@ TEST_F(LoopDetectorTest, TheSameLooksInOtherPlacesAreNoLoop) {
   EXPECT_FALSE(Feed(scene));
 }
 
-TEST_F(LoopDetectorTest, WhatTheMapConnectsIsNoLoop) {
+TEST_F(LoopDetectorTest, ConnectedKeyFramesAreNoLoop) {
   LoopScene scene({.connected = true});
   EXPECT_FALSE(Feed(scene));
 }

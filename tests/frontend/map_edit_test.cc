@@ -51,7 +51,7 @@ TEST_F(MapEditTest, LandmarksFollowTheKeyFrameThatSawThemFirst) {
   }
 }
 
-TEST_F(MapEditTest, WhatCameSinceTheCopyFollowsIt) {
+TEST_F(MapEditTest, MovesWhatWasAddedSinceTheCopy) {
   MapEdit correction;
   Map copy = map().Clone();
   MoveKeyFrames({0_kf, 1_kf}, {kPoses[0], kMove * kPoses[1]}, &copy);
@@ -84,7 +84,7 @@ TEST_F(MapEditTest, WhatCameSinceTheCopyFollowsIt) {
   }
 }
 
-TEST_F(MapEditTest, AnErrorThatWasMendedMeanwhileIsNotMendedTwice) {
+TEST_F(MapEditTest, DoesNotCorrectAnErrorTwiceThatWasCorrectedMeanwhile) {
   // The copy and a local adjustment of the map move keyframe 1 and its landmarks to one place.
   Map copy = map().Clone();
   const auto adjust = [](Map* m) {
@@ -108,7 +108,7 @@ TEST_F(MapEditTest, AnErrorThatWasMendedMeanwhileIsNotMendedTwice) {
   }
 }
 
-TEST_F(MapEditTest, WhatWasFoundWrongInTheCopyIsForgotten) {
+TEST_F(MapEditTest, RemovesObservationsThatTheCopyFoundWrong) {
   const KeyFrame& keyframe = *map().keyframe(1_kf);
   const PointId point = keyframe.points[0], other = keyframe.points[1];
   const LineId line = keyframe.lines[0];

@@ -79,7 +79,7 @@ TEST_F(MapIoDamageTest, RefusesASubmapThatIsJoinedWithOneWithoutKeyFrames) {
   ExpectError("a submap is joined with one that has no keyframe");
 }
 
-TEST_F(MapIoDamageTest, RefusesWhatIsMissingForeignOrCutShort) {
+TEST_F(MapIoDamageTest, RefusesMissingForeignAndTruncatedFiles) {
   ExpectError("cannot be read");
   std::filesystem::create_directory(path);
   ExpectError("is a folder, not a map");

@@ -28,7 +28,7 @@ using testing::operator""_kf;
 
 using MapIoTest = testing::SavedMapTest;
 
-TEST_F(MapIoTest, WhatWasSavedIsLoaded) {
+TEST_F(MapIoTest, LoadsTheSavedMap) {
   Save();
   const SavedMap saved = LoadMap(path);
   EXPECT_EQ(saved.camera.fx, IdealSensor().camera.fx);
@@ -134,7 +134,7 @@ TEST_F(MapIoTest, NoiseOfFeaturesIsKept) {
   EXPECT_EQ(same.lines[1].noise.depth, 1.5F);
 }
 
-TEST_F(MapIoTest, ReadsAMapFromBeforeCornersWereToldThatAreRefined) {
+TEST_F(MapIoTest, ReadsAMapWrittenBeforeRefinedCornersWereMarked) {
   Map one;
   FrameFeatures features = *map().keyframe(0_kf)->frame.features;
   for (PointFeature& point : features.points) point.noise = {.px = 0.5F, .depth = 1.25F};
@@ -176,7 +176,7 @@ TEST_F(MapIoTest, DepthAndWhatAKeyFrameFoundAreKept) {
   EXPECT_TRUE(loaded.keyframe(0_kf)->frame.features->depth_grid.empty()) << "it had none";
 }
 
-TEST_F(MapIoTest, TheDepthOfWhatMovedIsNotKept) {
+TEST_F(MapIoTest, DoesNotKeepTheDepthOfDynamicObjects) {
   Map seen;
   KeyFrame& keyframe = seen.AddKeyFrame(map().keyframe(0_kf)->frame, kPoses[0]);
   keyframe.depth_grid = cv::Mat(60, 80, CV_32FC1, cv::Scalar(2.0));
@@ -243,7 +243,7 @@ TEST_F(MapIoTest, AnEmptyMapIsAMap) {
   EXPECT_EQ(LoadMap(path).map.num_keyframes(), 0u);
 }
 
-TEST_F(MapIoTest, WhatThePointsAreIsKept) {
+TEST_F(MapIoTest, KeepsTheFeatureTypeOfThePoints) {
   const FeatureType kind{.name = "mine",
                          .descriptor = DescriptorType::kFloat,
                          .columns = 96,

@@ -290,7 +290,7 @@ std::vector<ImuSample> MapReadings(int begin, int end) {
   return samples;
 }
 
-Map TiedMap(int keyframes) {
+Map ImuConstrainedMap(int keyframes) {
   Map map;
   for (int k = 0; k < keyframes; ++k) {
     KeyFrame& keyframe = map.AddKeyFrame(FrameOf(1), At(k, 0, 0));
@@ -308,7 +308,7 @@ Map TiedMap(int keyframes) {
 }
 
 TEST(Map, SuccessorIsTheKeyFrameWhoseMotionFollows) {
-  Map map = TiedMap(3);
+  Map map = ImuConstrainedMap(3);
   ASSERT_NE(map.Successor(0_kf), nullptr);
   EXPECT_EQ(map.Successor(0_kf)->id, 1_kf);
   EXPECT_EQ(map.Successor(1_kf)->id, 2_kf);
@@ -322,7 +322,7 @@ TEST(Map, SuccessorIsTheKeyFrameWhoseMotionFollows) {
 }
 
 TEST(Map, RemovingAKeyFrameJoinsTheReadingsOnBothSides) {
-  Map map = TiedMap(4);
+  Map map = ImuConstrainedMap(4);
   map.keyframe(1_kf)->motion->weight = 0.3;
   map.keyframe(2_kf)->motion->weight = 0.5;
   map.RemoveKeyFrame(1_kf, 0_kf);
@@ -341,7 +341,7 @@ TEST(Map, RemovingAKeyFrameJoinsTheReadingsOnBothSides) {
 }
 
 TEST(Map, RemovingTheFirstOfAChainUnties) {
-  Map map = TiedMap(3);
+  Map map = ImuConstrainedMap(3);
   map.RemoveKeyFrame(0_kf, 1_kf);
   EXPECT_EQ(map.keyframe(1_kf)->motion->previous, kNoId);
   EXPECT_EQ(map.keyframe(1_kf)->motion->from_previous, nullptr);
@@ -351,7 +351,7 @@ TEST(Map, RemovingTheFirstOfAChainUnties) {
 }
 
 TEST(Map, TransformMovesEverything) {
-  Map map = TiedMap(3);
+  Map map = ImuConstrainedMap(3);
   map.RemoveKeyFrame(1_kf, 0_kf);
   const PointId p = map.AddPoint({1, 2, 3}, 0).id;
   map.point(p)->normal_W = {0, 0.6, 0.8};

@@ -53,7 +53,7 @@ TEST_F(MapWorkerTest, ALoopDiscardsTheWorkOfTheOtherStagesOnly) {
   EXPECT_FALSE(mapper.IsIdle()) << "local adjustment continues until the loop's result";
 }
 
-TEST_F(MapWorkerTest, AChangedWorldDiscardsTheWorkOnItAndWhatAllStagesHaveLearnt) {
+TEST_F(MapWorkerTest, AChangedWorldDiscardsWorkOnItAndTheStateOfAllStages) {
   LocalMapper mapper(model, {});
   const Pose wrong = InsertWrongly(mapper);
   const SubmapId second = map.AddSubmap();

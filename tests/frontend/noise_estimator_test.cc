@@ -122,16 +122,16 @@ class NoiseOfAMap {
     };
     SyntheticView view = look(kTrue);
     const SyntheticView sharper = look(0.5 * kTrue);
-    auto told = std::make_shared<FrameFeatures>(*view.features);
-    for (std::size_t i = 0; i < told->points.size(); ++i) {
-      PointFeature& point = told->points[i];
+    auto marked = std::make_shared<FrameFeatures>(*view.features);
+    for (std::size_t i = 0; i < marked->points.size(); ++i) {
+      PointFeature& point = marked->points[i];
       if (refined_ && i % 2 == 1) {
         point = sharper.features->points[i];
         point.refined = true;
       }
       point.depth_sigma = model_.depth_noise().Sigma(point.depth);
     }
-    view.features = told;
+    view.features = marked;
     return view;
   }
 
@@ -169,7 +169,7 @@ TEST(NoiseEstimator, KindsThatWereNotSeenFollowThoseThatWere) {
   EXPECT_NEAR(estimator.estimate().point_depth[0], estimator.estimate().point_depth[2], 0.05);
 }
 
-TEST(NoiseEstimator, TellsRefinedCornersFromThoseThatWereDetected) {
+TEST(NoiseEstimator, EstimatesRefinedAndDetectedCornersSeparately) {
   NoiseOfAMap map({.point_sigma = kTrue, .line_sigma = kTrue}, 1.0, 80, /*refined=*/true);
   NoiseEstimator estimator(map.model());
   map.Teach(&estimator);
@@ -184,9 +184,9 @@ TEST(NoiseEstimator, TellsRefinedCornersFromThoseThatWereDetected) {
   }
   FrameFeatures frame;
   frame.points.push_back({.octave = 2});
-  const PointFeature told = estimator.Apply(frame)->points[0];
-  EXPECT_EQ(told.noise.px, static_cast<float>(found.point_px[2])) << "frames are as detected";
-  EXPECT_EQ(told.refined_noise_px, static_cast<float>(found.refined_px[2]));
+  const PointFeature applied = estimator.Apply(frame)->points[0];
+  EXPECT_EQ(applied.noise.px, static_cast<float>(found.point_px[2])) << "frames are as detected";
+  EXPECT_EQ(applied.refined_noise_px, static_cast<float>(found.refined_px[2]));
 }
 
 TEST(NoiseEstimator, WithWrongNoiseKnownBeforehandBothAreNoWorseThanTheBetterOfPointsAndLines) {
@@ -200,7 +200,7 @@ TEST(NoiseEstimator, WithWrongNoiseKnownBeforehandBothAreNoWorseThanTheBetterOfP
   EXPECT_LT(learnt.both, 1.03 * std::min(known.points, known.lines));
 }
 
-TEST(NoiseEstimator, WithoutResidualsNoiseIsAsItIsKnownAndWhatViewsShare) {
+TEST(NoiseEstimator, WithoutResidualsTheNoiseIsThatOfTheModelAndTheSharedPart) {
   NoiseOfAMap map({});
   NoiseEstimator estimator(map.model());
   const auto check = [&] {

@@ -94,7 +94,7 @@ std::size_t NumRepeated(const ExtractedPoints& a, const ExtractedPoints& b) {
 
 // Hardly any corner reaches min_fast_threshold. Corners of pure noise would coincide by chance in 3
 // of 100; the usual corners of the same scene at four times the contrast do in 59.
-TEST(OrbExtractor, FindsFaintCornersThatStandOutOfTheNoise) {
+TEST(OrbExtractor, FindsLowContrastCornersAboveTheNoise) {
   const auto [first, second] = TakenTwice(TexturedImage(320, 240, 14.0, 5), 0.5, 6);
   OrbExtractor extractor({.pyramid = {.levels = 4}});
   const ExtractedPoints a = extractor.Extract(first), b = extractor.Extract(second);
@@ -107,7 +107,7 @@ TEST(OrbExtractor, FindsFaintCornersThatStandOutOfTheNoise) {
 }
 
 // The response of a corner is the highest threshold that detects it.
-TEST(OrbExtractor, LooksForFaintCornersDownToTheNoiseOfEachLevel) {
+TEST(OrbExtractor, LooksForLowContrastCornersDownToTheNoiseOfEachLevel) {
   constexpr int kLevels = 5;
   constexpr double kSigma = 3.0;
   const auto [image, other] = TakenTwice(cv::Mat(480, 640, CV_8U, cv::Scalar(128)), kSigma, 11);
@@ -132,7 +132,7 @@ TEST(OrbExtractor, LooksForFaintCornersDownToTheNoiseOfEachLevel) {
 }
 
 // Where the usual thresholds yield all requested corners, no low-contrast ones are searched.
-TEST(OrbExtractor, LooksForNoFaintCornersWhereThereAreEnough) {
+TEST(OrbExtractor, LooksForNoLowContrastCornersWhereThereAreEnough) {
   cv::Mat image(480, 640, CV_8U);
   TexturedImage(320, 480, 127.0, 8).copyTo(image.colRange(0, 320));
   TexturedImage(320, 480, 14.0, 9).copyTo(image.colRange(320, 640));
@@ -141,7 +141,7 @@ TEST(OrbExtractor, LooksForNoFaintCornersWhereThereAreEnough) {
   }
 }
 
-TEST(OrbExtractor, FindsNothingInBlankOrTinyImages) {
+TEST(OrbExtractor, FindsNoLinesInBlankOrTinyImages) {
   OrbExtractor extractor;
   EXPECT_TRUE(extractor.Extract(cv::Mat(480, 640, CV_8U, cv::Scalar(0))).keypoints.empty());
   EXPECT_TRUE(extractor.Extract(cv::Mat(480, 640, CV_8U, cv::Scalar(200))).descriptors.empty());

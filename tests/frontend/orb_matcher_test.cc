@@ -126,7 +126,7 @@ class FeatureGridTest : public ::testing::Test {
   std::vector<cv::KeyPoint> keypoints_;
 };
 
-TEST_F(FeatureGridTest, FindsWhatASearchThroughAllFinds) {
+TEST_F(FeatureGridTest, EqualsAnExhaustiveSearch) {
   const FeatureGrid grid(keypoints_, cv::Size(640, 480), 17.0);
   EXPECT_EQ(grid.size(), keypoints_.size());
   std::mt19937 rng(8);

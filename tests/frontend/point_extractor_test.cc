@@ -98,7 +98,7 @@ struct Fault {
   std::function<void(Parrot&)> make;
 };
 
-TEST(PointExtractor, IsNamedWithWhatIsWrongWithItsPoints) {
+TEST(PointExtractor, AnErrorNamesTheExtractorAndItsFault) {
   const Fault faults[] = {
       {"keypoint 1 is at (639.6, 50), outside of the image of 640 x 480",
        [](Parrot& p) { p.points.keypoints[1].pt.x = 639.6F; }},

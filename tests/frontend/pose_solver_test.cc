@@ -183,7 +183,7 @@ TEST_F(PoseSolverAtEdges, ADepthThatContradictsItsPixelCostsNoPose) {
   EXPECT_FALSE(SolveFor(all() + 1));
 }
 
-TEST_F(PoseSolverAtEdges, WhereThereIsAPoseWithoutThemTheyAreSetAside) {
+TEST_F(PoseSolverAtEdges, LeavesEdgesOutWhereThereIsAPoseWithoutThem) {
   const auto solution = SolveFor(6);
   ASSERT_TRUE(solution);
   for (std::size_t i = 0; i < view.points.size(); ++i) {
@@ -191,7 +191,7 @@ TEST_F(PoseSolverAtEdges, WhereThereIsAPoseWithoutThemTheyAreSetAside) {
   }
 }
 
-TEST_F(PoseSolver, APixelThatContradictsIsNoPointWhateverItsDepth) {
+TEST_F(PoseSolver, RejectsAPointByItsPixelWhateverItsDepth) {
   const Scene scene = MakeScene(11, 100, 0);
   SyntheticView view = Look(scene, IdealSensor(), kTruth);
   auto wrong = std::make_shared<FrameFeatures>(*view.features);
@@ -204,7 +204,7 @@ TEST_F(PoseSolver, APixelThatContradictsIsNoPointWhateverItsDepth) {
   }
 }
 
-TEST_F(PoseSolver, PointsOnPlanesJoinAndTheWrongOnesAreSetAside) {
+TEST_F(PoseSolver, PointsOnPlanesTakePartAndWrongOnesAreRejected) {
   // Two planes of W, and every tenth point is half a metre off.
   const Problem problem = Exact(60, 0);
   std::vector<PointToPlaneRow> planes;
@@ -384,7 +384,7 @@ NormalEquations Sum(const std::vector<PosePoint>& points, const RgbdProjection& 
   return sum;
 }
 
-TEST_F(PoseSolver, WhatIsKnownDecidesWhereTheImageLeavesADirectionOpen) {
+TEST_F(PoseSolver, APriorDeterminesADirectionThatTheImageLeavesUnobservable) {
   // The lines are parallel: the position along them is unobservable.
   std::mt19937 rng(51);
   Scene scene = MakeScene(51, 0, 30);
@@ -436,7 +436,7 @@ TEST_F(PoseSolver, InformationAndGradientAreThoseOfTheImageAlone) {
   EXPECT_LT(PositionError(alone->T_WC, stepped), 0.02 * PositionError(alone->T_WC, held->T_WC));
 }
 
-TEST_F(PoseSolver, WithoutWeightWhatIsKnownChangesNothing) {
+TEST_F(PoseSolver, APriorWithoutWeightChangesNothing) {
   const Problem problem = Exact(60, 10);
   const PoseConstraint nothing{Pose::FromTangent({9, 9, 9}, {1, 1, 1})};
   const auto alone = Solve(problem);

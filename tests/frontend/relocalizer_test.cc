@@ -121,7 +121,7 @@ TEST_F(RelocalizerTest, FindsAPlaceInABlurredImage) {
 
 // Another room with the same objects at other positions: displaced by up to half a metre, except
 // for a dozen of them.
-TEST_F(RelocalizerTest, RefusesARoomThatLooksAlike) {
+TEST_F(RelocalizerTest, RefusesASimilarRoom) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     std::mt19937 rng(seed);
     Scene other = scene;
@@ -159,7 +159,8 @@ TEST(RelocalizerOnTiles, RefusesAnotherWallOfTheSameTiles) {
     const Scene known = wall(), other = wall();
     SceneMap scene_map(known);
     scene_map.Add(Look(known, IdealSensor(), Pose()), Pose());
-    const SyntheticView view = Look(other, IdealSensor(), Pose::FromTangent({0.1, 0, 0}, {0, 0, 0}));
+    const SyntheticView view =
+        Look(other, IdealSensor(), Pose::FromTangent({0.1, 0, 0}, {0, 0, 0}));
     EXPECT_FALSE(relocalizer.Relocalize(*view.features, scene_map.map)) << seed;
   }
 }

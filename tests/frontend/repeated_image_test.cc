@@ -84,7 +84,7 @@ TEST(RepeatedImage, AMovedCameraWithoutNoiseDoesNotRepeat) {
   }
 }
 
-TEST(RepeatedImage, WhatMovesBeforeACameraWithoutNoiseIsSeen) {
+TEST(RepeatedImage, SeesMotionBeforeACameraWithoutNoise) {
   for (const cv::Size& size : kSizes) {
     const cv::Mat first = Scene(size);
     cv::Mat second = first.clone();
@@ -121,7 +121,7 @@ TEST(RepeatedImage, ComparesWithTheLastImageOnly) {
   EXPECT_FALSE(repeated.Update(Scene({320, 240}, 0.0, 2.0, 1))) << "of another size";
 }
 
-TEST(RepeatedImage, RefusesWhatIsNoColourImage) {
+TEST(RepeatedImage, RefusesImagesThatAreNotInColour) {
   RepeatedImage repeated;
   EXPECT_THROW(repeated.Update(cv::Mat(48, 64, CV_8UC1)), InvalidArgument);
   EXPECT_FALSE(repeated.Update(cv::Mat(1, 1, CV_8UC3, cv::Scalar::all(9))));

@@ -79,7 +79,7 @@ TEST(DepthAtTime, LateDepthBecomesThatOfTheMiddleRow) {
   EXPECT_GT(before, 30e-3);
 }
 
-TEST(DepthAtTime, WhatIsNotMeasuredStaysSoAndWithoutMotionNothingChanges) {
+TEST(DepthAtTime, UnmeasuredPixelsStaySoAndWithoutMotionNothingChanges) {
   const PinholeCamera camera{.width = 64, .height = 48, .fx = 50, .fy = 50, .cx = 31, .cy = 23};
   cv::Mat depth(48, 64, CV_32FC1, cv::Scalar(2.0));
   depth(cv::Rect(10, 10, 5, 5)) = 0.0;

@@ -175,7 +175,7 @@ TEST(FitSegmentDepth, ResistsOutliers) {
   EXPECT_NEAR(fit->q_C.z(), kWall.DepthAt({330.5, 220.25}, camera), 3e-3);
 }
 
-TEST(FitSegmentDepth, RejectsWhatIsNoStraightLineInSpace) {
+TEST(FitSegmentDepth, RejectsEdgesThatAreNotStraightInSpace) {
   const PinholeCamera camera;
   // Steps of 20 cm along the segment.
   const cv::Mat depth = Render(camera, [](int u, int) { return 1.5 + 0.2 * (u / 30 % 2); });

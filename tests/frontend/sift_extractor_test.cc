@@ -90,7 +90,7 @@ TEST(SiftExtractor, FindsNothingInABlankImage) {
   EXPECT_TRUE(SiftExtractor().Extract(cv::Mat(120, 160, CV_8UC1, cv::Scalar(9))).keypoints.empty());
 }
 
-TEST(SiftExtractor, RefusesWhatItCannotTake) {
+TEST(SiftExtractor, RefusesUnusableImagesAndOptions) {
   EXPECT_THROW(SiftExtractor().Extract(cv::Mat(9, 9, CV_8UC3)), InvalidArgument);
   EXPECT_THROW(SiftExtractor().Extract(cv::Mat()), InvalidArgument);
   EXPECT_THROW(SiftExtractor({.features = 0}), InvalidArgument);

@@ -156,7 +156,7 @@ TEST_F(SlamInertialTest, ASubmapThatBeginsWhereDeadReckoningHasEndedIsUpright) {
   EXPECT_EQ(system.submaps().size(), 2U);
 }
 
-TEST_F(SlamInertialTest, KeyFramesAreTiedByTheReadingsBetween) {
+TEST_F(SlamInertialTest, ReadingsConstrainConsecutiveKeyFrames) {
   SlamSystem system({.camera = SmallCamera()}, Deterministic({}), {.imu = walk().calibration});
   Run(system, kDark);
   int tied = 0;

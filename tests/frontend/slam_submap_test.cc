@@ -88,7 +88,7 @@ class SlamSubmapTest : public ::testing::Test {
 
 std::unique_ptr<SlamSubmapTest::Walk> SlamSubmapTest::walk_;
 
-TEST_F(SlamSubmapTest, GoesOnElsewhereAndIsOneMapAgainWhenItComesBack) {
+TEST_F(SlamSubmapTest, ContinuesInANewSubmapAndMergesItOnReturn) {
   Run run(Options());
   run.TrackAll();
   for (std::size_t i = 0; i < run.results.size(); ++i) {
@@ -163,17 +163,17 @@ TEST_F(SlamSubmapTest, ASubmapThatIsLostYoungIsDropped) {
 
 // A user who stores clouds of keyframes must be notified of removed ones immediately, however the
 // submap ends: an older one is found again, or the next one begins.
-TEST_F(SlamSubmapTest, ASubmapThatIsDroppedIsTold) {
+TEST_F(SlamSubmapTest, ReportsADroppedSubmap) {
   for (const bool found_again : {true, false}) {
     SCOPED_TRACE(found_again);
     SlamSystem slam({.camera = Camera()}, Options());
     std::set<KeyFrameId> kept;  // as a dense map keeps them
-    int told = 0;
+    int reported = 0;
     slam.SetCallbacks(
         {.on_keyframe = [&](const KeyFrame& k, const RgbdImage&) { kept.insert(k.id); },
          .on_map =
              [&](const Map& map) {
-               ++told;
+               ++reported;
                std::erase_if(kept, [&](KeyFrameId id) { return map.keyframe(id) == nullptr; });
              }});
     Stamp stamp = 0;
@@ -183,7 +183,7 @@ TEST_F(SlamSubmapTest, ASubmapThatIsDroppedIsTold) {
         RgbdImage image = Images()[i];
         image.stamp = stamp += FromSeconds(1.0 / kFps);
         const FrameResult result = slam.Track(image);
-        EXPECT_EQ(told > 0, dropped || result.drops_submap) << "and by on_map, with that frame";
+        EXPECT_EQ(reported > 0, dropped || result.drops_submap) << "and by on_map, with that frame";
         dropped |= result.drops_submap;
       }
       return dropped;
@@ -197,7 +197,7 @@ TEST_F(SlamSubmapTest, ASubmapThatIsDroppedIsTold) {
       EXPECT_FALSE(track(kCovered, kCovered + kDark)) << "covered: it may be found again";
       EXPECT_TRUE(track(75, 80)) << "what is seen there is in no map";
     }
-    EXPECT_EQ(told, 1);
+    EXPECT_EQ(reported, 1);
     EXPECT_LT(kept.size(), before + 3) << "what was made since";
     for (const KeyFrameId id : kept) EXPECT_NE(slam.map().keyframe(id), nullptr) << id;
   }

@@ -189,7 +189,7 @@ TEST_F(SlamSystemTest, AdjustmentsComeBetweenFramesAndTrackingFollows) {
   EXPECT_LT(Rmse(system.trajectory()), 0.01);
 }
 
-TEST_F(SlamSystemTest, CallbacksTellOfEveryFrameAndKeyFrame) {
+TEST_F(SlamSystemTest, CallbacksReportEveryFrameAndKeyFrame) {
   SlamSystem system(Sensor());
   const auto caller = std::this_thread::get_id();
   std::vector<Stamp> frames, keyframes;
@@ -254,7 +254,7 @@ TEST_F(SlamSystemTest, EventsHoldEachKeyframeAndItsLastPlace) {
   }
 }
 
-TEST_F(SlamSystemTest, WhatACallbackThrowsReachesTheCallerAndTheSystemGoesOn) {
+TEST_F(SlamSystemTest, AnExceptionOfACallbackReachesTheCallerAndTheSystemContinues) {
   SlamSystem system(Sensor());
   system.SetCallbacks({.on_frame = [](const FrameResult&) { throw std::runtime_error("enough"); }});
   EXPECT_THROW(system.Track(Images()[0]), std::runtime_error);
@@ -279,7 +279,7 @@ TEST_F(SlamSystemTest, AnEventWhoseCallbackThrowsComesAgain) {
   EXPECT_EQ(keyframes[0], system.map().keyframe_ids().front().value());
 }
 
-TEST_F(SlamSystemTest, RefusesStampsThatDoNotAscendAndGoesOn) {
+TEST_F(SlamSystemTest, RefusesStampsThatDoNotAscendAndContinues) {
   SlamSystem system(Sensor());
   system.Track(Images()[0]);
   EXPECT_THROW(system.Track(Images()[0]), InvalidArgument);
@@ -289,7 +289,7 @@ TEST_F(SlamSystemTest, RefusesStampsThatDoNotAscendAndGoesOn) {
   EXPECT_EQ(system.Track(Images()[1]).state, TrackingState::kTracking);
 }
 
-TEST_F(SlamSystemTest, OneStampFarInTheFutureIsRefusedAndTheOthersGoOn) {
+TEST_F(SlamSystemTest, RefusesOneStampFarInTheFutureAndTakesTheOthers) {
   constexpr Stamp kYear = Stamp{365} * 86'400 * 1'000'000'000;
   SlamSystem system(Sensor());
   system.Track(Images()[0]);
@@ -317,7 +317,7 @@ TEST_F(SlamSystemTest, OneStampFarInTheFutureIsRefusedAndTheOthersGoOn) {
   EXPECT_EQ(system.trajectory().size(), next + 1);
 }
 
-TEST_F(SlamSystemTest, RefusesImagesOfAnotherSizeAndGoesOn) {
+TEST_F(SlamSystemTest, RefusesImagesOfAnotherSizeAndContinues) {
   SlamSystem system(Sensor());
   system.Track(Images()[0]);
   const RgbdImage& next = Images()[1];

@@ -46,13 +46,13 @@ class SlamUserFactorsTest : public ::testing::Test {
     simulation_.reset();
   }
 
-  static SlamSystem MakeSystem(bool lockstep = true) {
+  static SlamSystem MakeSystem(bool synchronous = true) {
     RgbdSensor sensor{.camera = simulation_->options().camera};
     sensor.depth_noise = simulation_->options().sensor.Noise();
     sensor.max_depth = simulation_->options().sensor.max_depth;
     SlamOptions options;
     options.frame.use_lines = false;  // to save time
-    return SlamSystem(sensor, lockstep ? Deterministic(options) : options);
+    return SlamSystem(sensor, synchronous ? Deterministic(options) : options);
   }
 
   // Adds the positions with stamps in (from, until], three a second and none at a frame; one in
@@ -112,7 +112,7 @@ class SlamUserFactorsTest : public ::testing::Test {
 std::unique_ptr<const simulate::Simulation> SlamUserFactorsTest::simulation_;
 std::unique_ptr<const testing::RenderedWalk> SlamUserFactorsTest::drive_;
 
-TEST_F(SlamUserFactorsTest, PositionsKeepALongWayFromDrifting) {
+TEST_F(SlamUserFactorsTest, PositionsKeepALongPathFromDrifting) {
   SlamSystem plain = MakeSystem(), with = MakeSystem(), again = MakeSystem();
   const double drift = Drive(plain);
   int reported_maps = 0;
@@ -131,8 +131,8 @@ TEST_F(SlamUserFactorsTest, PositionsKeepALongWayFromDrifting) {
       << "bit for bit";
 }
 
-TEST_F(SlamUserFactorsTest, OnThreadsOfTheirOwnAndAllAtOnceInTheEndTheyDoSoToo) {
-  SlamSystem live = MakeSystem(/*lockstep=*/false);
+TEST_F(SlamUserFactorsTest, InTheBackgroundOrAllAtTheEndTheyDoSoToo) {
+  SlamSystem live = MakeSystem(/*synchronous=*/false);
   const ReferenceFrameId frame = live.AddReferenceFrame();
   Drive(live, frame);
   EXPECT_LT(ErrorInFrame(live, frame), kBound);
@@ -166,7 +166,7 @@ TEST_F(SlamUserFactorsTest, MotionBetweenStampsNeedsNoFrame) {
   EXPECT_EQ(with.factor_counts().attached, 19u);
 }
 
-TEST_F(SlamUserFactorsTest, WhatFitsNoFrameIsRefused) {
+TEST_F(SlamUserFactorsTest, RefusesFactorsThatDoNotMatchTheirFrame) {
   SlamSystem slam = MakeSystem();
   const auto cost = std::make_shared<PositionFactor>(
       Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity());

@@ -87,7 +87,7 @@ class SlamUserFeaturesTest : public ::testing::Test {
 
 std::unique_ptr<const RenderedWalk> SlamUserFeaturesTest::walk_;
 
-TEST_F(SlamUserFeaturesTest, SiftTracksClosesTheLoopAndItsMapIsGoneOnIn) {
+TEST_F(SlamUserFeaturesTest, SiftTracksClosesTheLoopAndItsMapIsContinued) {
   SlamSystem slam(Sensor(), Options(PointDetector::kSift));
   int closed = 0;
   slam.SetCallbacks({.on_loop = [&](const LoopReport& report) {
@@ -119,7 +119,7 @@ TEST_F(SlamUserFeaturesTest, SiftTracksClosesTheLoopAndItsMapIsGoneOnIn) {
   EXPECT_LT(AbsolutePoseError(first, second).statistics.rmse, 0.005);
 }
 
-TEST_F(SlamUserFeaturesTest, AMapIsGoneOnInWithThePyramidThatItWasMadeWith) {
+TEST_F(SlamUserFeaturesTest, ContinuesAMapWithThePyramidThatItWasMadeWith) {
   const testing::TemporaryDirectory folder;
   Map map;
   map.AddKeyFrame({.features = std::make_shared<const FrameFeatures>()}, Pose());
@@ -201,7 +201,7 @@ TEST_F(SlamUserFeaturesTest, AnExtractorOfTheUsersIsTracked) {
   EXPECT_LT(Rmse(slam), 0.02);
 }
 
-TEST_F(SlamUserFeaturesTest, WhatAnExtractorThrowsComesOutOfTrack) {
+TEST_F(SlamUserFeaturesTest, AnExceptionOfAnExtractorComesOutOfTrack) {
   class Broken final : public PointExtractor {
    public:
     const FeatureType& kind() const override { return kind_; }

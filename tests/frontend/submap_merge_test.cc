@@ -59,7 +59,7 @@ TEST(SubmapMerge, JoinsTheSubmapsThatShowOnePlace) {
   EXPECT_LT(scene.Rmse(), 0.06);
 }
 
-TEST(SubmapMerge, OneKeyFrameIsNotEnoughUnlessItIsBeyondDoubt) {
+TEST(SubmapMerge, OneKeyFrameIsNotEnoughUnlessItsMatchRatioIsDecisive) {
   const auto merged_at = [](double decisive_ratio) {
     LoopScene scene(kTwoSubmaps);
     LoopCloserOptions options;
@@ -71,7 +71,7 @@ TEST(SubmapMerge, OneKeyFrameIsNotEnoughUnlessItIsBeyondDoubt) {
   EXPECT_EQ(merged_at(100.0), first + LoopDetectorOptions().consistency - 1);
 }
 
-TEST(SubmapMerge, APlaceThatLooksAlikeWithoutItsGeometryJoinsNothing) {
+TEST(SubmapMerge, ASimilarPlaceOfOtherGeometryIsNotMerged) {
   LoopSceneOptions options = kTwoSubmaps;
   options.shuffled_return = true;
   LoopScene scene(options);
@@ -80,7 +80,7 @@ TEST(SubmapMerge, APlaceThatLooksAlikeWithoutItsGeometryJoinsNothing) {
   EXPECT_EQ(scene.map.roots().size(), 2U);
 }
 
-TEST(SubmapMerge, APlaceThatHasMostlyChangedJoinsNothing) {
+TEST(SubmapMerge, APlaceThatHasMostlyChangedIsNotMerged) {
   LoopSceneOptions options = kTwoSubmaps;
   options.strange_return = 0.6;
   LoopScene scene(options);
@@ -93,7 +93,7 @@ TEST(SubmapMerge, APlaceThatHasMostlyChangedJoinsNothing) {
 
 // A merge on another thread, while the submap that moves grows: new keyframes and landmarks move
 // with it.
-TEST(SubmapMerge, WhatIsMappedMeanwhileMovesAlong) {
+TEST(SubmapMerge, MovesWhatIsMappedDuringTheMerge) {
   LoopScene scene(kTwoSubmaps);
   LoopCloser closer(scene.model, {}, 1);
   int i = 0;
@@ -166,7 +166,7 @@ TEST_F(PlanMergeTest, ALoopThatTiltsGravityIsRefusedWithTheAngle) {
 }
 
 // A person stands at different places in the two submaps.
-TEST_F(PlanMergeTest, WhatWasSeenToMoveContradictsNoPlace) {
+TEST_F(PlanMergeTest, DynamicObjectsDoNotContradictAPlace) {
   const DepthGrid grid(scene.model.camera());
   const cv::Size size(grid.camera().width, grid.camera().height);
   const auto show = [&](KeyFrameId id, int column) {

@@ -43,7 +43,7 @@ TEST(SurfaceMatcher, PatchesLieOnTheSurfacesWithTheirNormals) {
   EXPECT_GT(exact, 0.8 * static_cast<double>(patches.size()));
 }
 
-TEST(SurfaceMatcher, ThereAreNoPatchesOnWhatIsRoughOrHasNoDepth) {
+TEST(SurfaceMatcher, FindsNoPatchesOnRoughSurfacesOrWithoutDepth) {
   cv::Mat depth = Look(Pose());
   std::mt19937 rng(1);
   for (float& z : cv::Mat_<float>(depth)) {
@@ -71,7 +71,7 @@ TEST(SurfaceMatcher, RowsVanishAtTheTruePose) {
   EXPECT_GT(near, 270);
 }
 
-TEST(SurfaceMatcher, WhatMovesIsLeftOut) {
+TEST(SurfaceMatcher, LeavesOutDynamicObjects) {
   const cv::Mat depth = Look(Pose());
   const auto patches = FindPatches(depth, kGrid, kNoise, {});
   const cv::Mat moving(depth.size(), CV_8UC1, cv::Scalar(255));

@@ -65,7 +65,7 @@ class TightCouplingTest : public ::testing::Test {
   double read_ = kStart;
 };
 
-TEST_F(TightCouplingTest, InLockstepWhatAnImageTellsIsThereAtOnce) {
+TEST_F(TightCouplingTest, InSynchronousModeTheResultOfAnImageIsThereAtOnce) {
   Begin(false);
   for (int k = 0; k < 3; ++k) {
     const Stamp stamp = Feed();
@@ -104,7 +104,7 @@ TEST_F(TightCouplingTest, InTheDarkReadingsAddUp) {
   EXPECT_EQ(result->prior->estimate.stamp, light);
 }
 
-TEST_F(TightCouplingTest, WhatComesWhileItWorksIsHandedBack) {
+TEST_F(TightCouplingTest, HandsBackWhatArrivesDuringTheWork) {
   Begin();
   const Stamp first = Feed();
   Feed();
@@ -184,10 +184,10 @@ TEST_P(CoupledOdometry, FindsWhereTheCameraSits) {
   EXPECT_LT(error.p().norm(), 0.02);
 }
 
-INSTANTIATE_TEST_SUITE_P(InLockstepAndBeside, CoupledOdometry, ::testing::Bool());
+INSTANTIATE_TEST_SUITE_P(SynchronousAndInTheBackground, CoupledOdometry, ::testing::Bool());
 
 // Measures the time of an image in a window with much work, in milliseconds.
-TEST_F(TightCouplingTest, WhatIsCancelledEndsLongBeforeItsWorkIsDone) {
+TEST_F(TightCouplingTest, CancelledWorkEndsEarly) {
   options_.tight.max_points = 2000, options_.tight.max_lines = 200;
   Begin();
   const auto now = [] { return std::chrono::steady_clock::now(); };

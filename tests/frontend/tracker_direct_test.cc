@@ -67,7 +67,7 @@ TEST_F(TrackerDirectTest, AnotherPlaceIsNotHeld) {
   EXPECT_EQ(TrackSmeared(tracker, {.phase = 1.7}).state, TrackingState::kLost);
 }
 
-TEST_F(TrackerDirectTest, AnotherDepthIsNotHeldHoweverAlikeTheLight) {
+TEST_F(TrackerDirectTest, RejectsAnotherDepthHoweverSimilarTheGreyLevels) {
   // The box stands on the other side: each view shows a surface in front of the other's.
   const testing::BoxWorld moved{.boxes = {testing::kBoxes.boxes[0].MovedBy({1.8, 0.0, 0.0})}};
   TrackerOptions options;

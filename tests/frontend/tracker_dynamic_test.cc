@@ -71,7 +71,7 @@ class TrackerWithABox : public TrackerTest {
   Scene marks;
 };
 
-TEST_F(TrackerWithABox, LeavesOutTheFeaturesOfWhatMoves) {
+TEST_F(TrackerWithABox, LeavesOutFeaturesOnDynamicObjects) {
   Tracker tracker(model, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8}});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 20; ++i) {
@@ -90,7 +90,7 @@ TEST_F(TrackerWithABox, LeavesOutTheFeaturesOfWhatMoves) {
 // The box is static, and the landmarks, which are all behind it, give a pose that is 5.5 cm off:
 // the box seems to have come nearer, by more than the 5 cm allowed for noise and pose. Surfaces
 // show that it has not.
-TEST_F(TrackerWithABox, NothingMovesWhereSurfacesLeaveAllInPlace) {
+TEST_F(TrackerWithABox, FindsNoDynamicObjectsWhereSurfacesAgree) {
   for (const bool surfaces : {true, false}) {
     Tracker tracker(model, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8},
                             .surfaces = {.enabled = surfaces}});
@@ -154,7 +154,7 @@ TEST_F(TrackerWithABoxInTheMap, LeavesItOutAsItsLandmarksMove) {
   }
 }
 
-TEST_F(TrackerWithABoxInTheMap, FollowsItWhereTooFewLandmarksMayTell) {
+TEST_F(TrackerWithABoxInTheMap, FollowsTheBoxWhereTooFewLandmarksContradict) {
   const auto frames = Run({.landmarks = {.min_points = kMarks + 1}});
   EXPECT_EQ(MarksIn(frames.back()), kMarks);
   EXPECT_GT(PositionError(frames.back().T_WC, PoseOfFrame(8)), 0.1);

@@ -80,7 +80,7 @@ class RecognitionTest : public TrackerTest {
 
 constexpr bool kLost = true, kFollowed = false;
 
-TEST_F(RecognitionTest, APlaceOfWhichLittleIsThereIsAnotherThatLooksAlike) {
+TEST_F(RecognitionTest, RejectsASimilarPlaceOfWhichLittleIsFound) {
   const SyntheticView most = See(Changed(0.3), room, 6), little = See(Changed(0.65), room, 6);
   const TrackedFrame found = Next(most, kLost);
   ExpectAt(found, PoseOfFrame(6), 1e-4);
@@ -101,7 +101,7 @@ TEST_F(RecognitionTest, APlaceWhoseDepthContradictsTheMapIsAnother) {
   ExpectAt(Next(See(scene, mirrored, 6), kLost, credulous), PoseOfFrame(6), 1e-4);
 }
 
-TEST_F(RecognitionTest, WhatHasGoneSinceIsNoContradiction) {
+TEST_F(RecognitionTest, ObjectsThatHaveGoneDoNotContradictThePlace) {
   ExpectAt(Next(See(scene, empty, 6), kLost), PoseOfFrame(6), 1e-4);
 }
 

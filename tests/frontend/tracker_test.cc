@@ -84,7 +84,7 @@ TEST_F(TrackerTest, FollowsAPathWithNoise) {
   EXPECT_LT(std::sqrt(sum / 59.0), 3e-3);
 }
 
-TEST_F(TrackerTest, CountsWhatWasInViewAndFound) {
+TEST_F(TrackerTest, CountsLandmarksInViewAndMatched) {
   Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   const SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(1));
@@ -318,11 +318,11 @@ class TrackerBeforeTwins : public TrackerInBlur {
   const Pose turned = PoseOfFrame(0) * Pose::FromTangent({0, 0, 0}, {0, 0.3, 0});
 };
 
-TEST_F(TrackerBeforeTwins, WhatMostMatchesDenyIsNotBelievedWhereMoreTellAnother) {
+TEST_F(TrackerBeforeTwins, RejectsAPoseThatMostMatchesContradictWhereMoreSupportAnother) {
   ExpectAt(TrackTwins(TrackerOptions().doubtful_agreement), turned, 1e-6);
 }
 
-TEST_F(TrackerBeforeTwins, WithoutThatTheyWouldMisleadIt) {
+TEST_F(TrackerBeforeTwins, WithoutThatTestTheTwinsMisleadIt) {
   ExpectAt(TrackTwins(0.0), PoseOfFrame(0), 1e-6);
 }
 
@@ -400,7 +400,7 @@ class BareRoom : public TrackerTest {
   const DepthGrid grid{IdealSensor().camera};
 };
 
-TEST_F(BareRoom, SurfacesHoldAPoseThatAFewPointsAloneDoNot) {
+TEST_F(BareRoom, SurfacesDetermineAPoseThatFewPointsDoNot) {
   Tracker tracker(model, {});
   StartWithDepth(tracker);
   for (int i = 1; i < 10; ++i) {
@@ -421,7 +421,7 @@ TEST_F(BareRoom, WithoutSurfacesItIsLost) {
   EXPECT_EQ(Track(tracker, LookAround(PoseOfFrame(1))).state, TrackingState::kLost);
 }
 
-TEST_F(BareRoom, SurfacesAloneAreNoPose) {
+TEST_F(BareRoom, SurfacesWithoutPointsGiveNoPose) {
   Tracker tracker(model, {});
   StartWithDepth(tracker);
   SyntheticView view = LookAround(PoseOfFrame(1));

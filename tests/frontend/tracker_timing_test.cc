@@ -49,7 +49,7 @@ class TrackerTiming : public TrackerTest {
   }
 
   // Tracks frame i, for which the IMU predicts this motion.
-  TrackedFrame Told(Tracker& tracker, int i) {
+  TrackedFrame TrackPredicted(Tracker& tracker, int i) {
     PoseConstraint known{PoseOfFrame(i)};
     known.motion = Shaken(i);
     return tracker.Track(MakeFrame(SeenByRows(i), i), scene_map.map, known);
@@ -116,7 +116,7 @@ TEST_F(TrackerTiming, ImagesOfOneTimeHaveNoReadout) {
   EXPECT_LT(tracker.timing().colour_readout, 1e-3);
 }
 
-TEST_F(TrackerTiming, WhatIsNotToldFromWhatIsKnownIsLeftAsItIs) {
+TEST_F(TrackerTiming, KeepsAKnownReadoutWithinTwoStandardDeviations) {
   Tracker tracker(model, {}, {.colour_readout = kReadout});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 120; ++i) {
@@ -157,9 +157,9 @@ TEST_F(TrackerTiming, AKeyframeMadeBeforeTheReadoutWasFoundFollowsIt) {
 }
 
 // A shaking camera rotates at an image in a way that no step between images reveals.
-TEST_F(TrackerTiming, RowsFollowTheMotionThatAnImuTells) {
+TEST_F(TrackerTiming, RowsFollowTheMotionThatTheImuPredicts) {
   const RgbdSensor sensor = IdealSensor();
-  const auto follow = [&](bool told, double readout) {
+  const auto follow = [&](bool predicted, double readout) {
     Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = readout});
     Start(tracker, PoseOfFrame(0));
     double sum = 0.0;
@@ -170,21 +170,21 @@ TEST_F(TrackerTiming, RowsFollowTheMotionThatAnImuTells) {
       view.features =
           CompensatedToMiddleRow(*view.features, sensor.camera, -readout, *known.motion);
       const Twist expected = *known.motion;
-      if (!told) known.motion.reset();
+      if (!predicted) known.motion.reset();
       const TrackedFrame tracked = tracker.Track(MakeFrame(view, i), scene_map.map, known);
       EXPECT_EQ(tracked.state, TrackingState::kTracking) << i;
-      EXPECT_EQ(tracker.Motion(&known).omega == expected.omega, told) << i;
+      EXPECT_EQ(tracker.Motion(&known).omega == expected.omega, predicted) << i;
       sum += std::pow(AngleError(tracked.T_WC, PoseOfFrame(i)), 2);
     }
     return std::sqrt(sum / 39.0);
   };
   // The first frame, whose motion is unknown, is the same in all.
-  const double at_once = follow(true, 0.0), told = follow(true, kReadout);
-  EXPECT_LT(told, 1.1 * at_once);
-  EXPECT_GT(follow(false, kReadout), 3.0 * told);
+  const double at_once = follow(true, 0.0), by_rows = follow(true, kReadout);
+  EXPECT_LT(by_rows, 1.1 * at_once);
+  EXPECT_GT(follow(false, kReadout), 3.0 * by_rows);
 }
 
-TEST_F(TrackerTiming, TheReadoutIsFoundByTheMotionThatAnImuTells) {
+TEST_F(TrackerTiming, EstimatesTheReadoutFromTheMotionThatTheImuPredicts) {
   Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 120; ++i) {
@@ -204,12 +204,12 @@ TEST_F(TrackerTiming, TheReadoutIsFoundByTheMotionThatAnImuTells) {
 
 // The step after a keyframe gives a better motion than the step before, but not a better one than
 // an IMU.
-TEST_F(TrackerTiming, AKeyframeKeepsTheMotionThatAnImuTold) {
-  EXPECT_TRUE(StaysAsItWas([&](Tracker& tracker) { return Told(tracker, 5); }));
+TEST_F(TrackerTiming, AKeyframeKeepsTheMotionThatTheImuPredicted) {
+  EXPECT_TRUE(StaysAsItWas([&](Tracker& tracker) { return TrackPredicted(tracker, 5); }));
   EXPECT_FALSE(StaysAsItWas([&](Tracker& tracker) { return Track(tracker, SeenByRows(5), 5); }));
 }
 
-TEST_F(TrackerTiming, AMotionThatImagesContradictIsNotKept) {
+TEST_F(TrackerTiming, DoesNotKeepAMotionThatImagesContradict) {
   EXPECT_FALSE(StaysAsItWas([&](Tracker& tracker) {
     PoseConstraint known{PoseOfFrame(5)};
     known.motion = Shaken(5);
@@ -218,9 +218,9 @@ TEST_F(TrackerTiming, AMotionThatImagesContradictIsNotKept) {
   }));
 }
 
-TEST_F(TrackerTiming, AMotionThatAnImuToldIsThatOfItsFrameAlone) {
+TEST_F(TrackerTiming, AMotionThatTheImuPredictedHoldsForItsFrameOnly) {
   EXPECT_FALSE(StaysAsItWas([&](Tracker& tracker) {
-    Told(tracker, 5);
+    TrackPredicted(tracker, 5);
     tracker.Forget();
     return Track(tracker, SeenByRows(6), 6);
   }));
@@ -252,7 +252,7 @@ TEST_F(TrackerTiming, AFrameThatWasNotTrackedIsRememberedAsItWasSeen) {
   EXPECT_EQ(keyframe.frame.features, seen);
 }
 
-TEST_F(TrackerTiming, ACameraAtRestTellsNothing) {
+TEST_F(TrackerTiming, ACameraAtRestGivesNoEstimate) {
   Tracker tracker(model, {}, {.colour_readout = 0.02});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 60; ++i) Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(0)), i);

@@ -24,7 +24,7 @@ FrameFeatures Few() {
   return features;
 }
 
-TEST(LossReason, OfTooFewFeaturesLightAndSharpnessTellWhy) {
+TEST(LossReason, BrightnessAndSharpnessExplainTooFewFeatures) {
   FrameFeatures features = Few();
   EXPECT_EQ(ReasonOf(features, {}, kNeeds), LossReason::kPlain);
   features.sharpness = 4.9;
@@ -57,7 +57,7 @@ TEST(LossReason, FeaturesWithoutDepthAreNoDepth) {
   EXPECT_EQ(ReasonOf(features, {}, kNeeds), LossReason::kUnknownPlace) << "lines count as well";
 }
 
-TEST(LossReason, OfAGoodImageTheMatchesTell) {
+TEST(LossReason, MatchesExplainTheLossOfAGoodImage) {
   const FrameFeatures features = Good();
   EXPECT_EQ(ReasonOf(features, {.masked_share = 0.6}, kNeeds), LossReason::kAllMoving);
   EXPECT_EQ(ReasonOf(features, {.shift = 61.0}, kNeeds), LossReason::kTooFast);

@@ -112,7 +112,7 @@ TEST_F(EpipolarMatcherTest, FindsTheSamePointsWithoutTheirDepth) {
   }
 }
 
-TEST_F(EpipolarMatcherTest, WhatIsOffTheLineOrNotWantedIsNoPair) {
+TEST_F(EpipolarMatcherTest, DoesNotPairPointsOffTheEpipolarLineOrExcludedOnes) {
   const SyntheticView a = Look(scene, IdealSensor(), At(0.0));
   SyntheticView b = Look(scene, IdealSensor(), At(0.3));
   const auto before = Match(a, At(0.0), b, At(0.3));
@@ -182,7 +182,7 @@ TEST_F(DepthlessPointsTest, WaitForParallaxAndForAThirdView) {
   EXPECT_GT(Find({.min_views = 2}).size(), 60U);
 }
 
-TEST_F(DepthlessPointsTest, AViewThatDeniesThePointIsLeftOut) {
+TEST_F(DepthlessPointsTest, LeavesOutAViewThatContradictsThePoint) {
   Add(0.0, 1);
   Add(0.2, 2);
   Add(0.3, 3);

@@ -274,7 +274,7 @@ TEST(TumDataset, TakesTheOffsetOffTheInverseOfDepth) {
   EXPECT_NEAR(depth(1.0 / 2.04 - 1.0 / 2.0), 2.0, 1e-6);  // it reads 2 % too long
 }
 
-TEST(MetricDepth, IsNoneWhereNothingWasReadOrWhatWasLiesBeyondInfinity) {
+TEST(MetricDepth, IsZeroWithoutAReadingOrBeyondInfinity) {
   const cv::Mat stored = (cv::Mat_<std::uint16_t>(1, 4) << 0, 1000, 9990, 10010);
   const cv::Mat depth = MetricDepth(stored, 1000.0, 0.1);
   ASSERT_EQ(depth.type(), CV_32FC1);

@@ -113,7 +113,7 @@ TEST_F(ImageList, LeavesSecondsAsTheyAre) {
   EXPECT_EQ(Read("1305031102 a\n1305031103 b\n").files.at(1).stamp, 1305031103000000000);
 }
 
-TEST_F(ImageList, SortsALineThatIsExchangedAndSaysWhich) {
+TEST_F(ImageList, SortsAnExchangedLineAndNamesIt) {
   const ReadList read = Read("1.0 a\n1.2 c\n1.1 b\n1.3 d\n");
   ASSERT_EQ(read.files.size(), 4U);
   for (std::size_t i = 0; i < 4; ++i) {
@@ -124,7 +124,7 @@ TEST_F(ImageList, SortsALineThatIsExchangedAndSaysWhich) {
             list().string() + ":3: stamp 1.1 is smaller than the one before; the list is sorted");
 }
 
-TEST_F(ImageList, LeavesADoubledLineOutAndSaysWhich) {
+TEST_F(ImageList, LeavesOutADoubledLineAndNamesIt) {
   const ReadList read = Read("1.0 a\n1.1 b\n1.1 c\n1.2 d\n");
   ASSERT_EQ(read.files.size(), 3U);
   EXPECT_EQ(read.files[1].path.filename(), "b");
@@ -133,7 +133,7 @@ TEST_F(ImageList, LeavesADoubledLineOutAndSaysWhich) {
             list().string() + ":3: stamp 1.1 is there twice; the first line stays");
 }
 
-TEST_F(ImageList, RefusesStampsThatTellImagesNoLongerApart) {
+TEST_F(ImageList, RefusesStampsTooCoarseToDistinguishImages) {
   std::string text;
   for (int i = 0; i < 40; ++i) text += std::to_string(1305031102 + i / 30) + " a.png\n";
   EXPECT_EQ(Message(text),
@@ -142,7 +142,7 @@ TEST_F(ImageList, RefusesStampsThatTellImagesNoLongerApart) {
                 "image a stamp of its own, with enough decimals");
 }
 
-TEST_F(ImageList, NamesTheLineOfWhatIsNoStamp) {
+TEST_F(ImageList, NamesTheLineWithoutAStamp) {
   EXPECT_EQ(Message("9300000000000000000000 a\n"),
             list().string() + ":1: '9300000000000000000000' is not a time stamp in seconds");
   EXPECT_EQ(Message("1403636579.7.6 a\n"),

@@ -86,7 +86,7 @@ TEST_F(UserFactorsTest, APoseKeepsItsPlaceWhenItsKeyFrameIsCulled) {
   EXPECT_LT(((truth[1] * OnlyPose().T_KB).Inverse() * (truth[2] * T_KB)).Angle(), 1e-7);
 }
 
-TEST_F(UserFactorsTest, AFactorOfAKeyFrameThatWasCulledHangsOnItsParent) {
+TEST_F(UserFactorsTest, AFactorOfACulledKeyFrameIsAnchoredToItsParent) {
   map.RemoveKeyFrame(2_kf, 1_kf);
   map.RemoveKeyFrame(1_kf, 0_kf);
   ASSERT_TRUE(map.AddFactor(At(2_kf)));
@@ -94,7 +94,7 @@ TEST_F(UserFactorsTest, AFactorOfAKeyFrameThatWasCulledHangsOnItsParent) {
   EXPECT_LT((OnlyPose().T_KB.p() - truth[2].p()).norm(), 1e-12);
 }
 
-TEST_F(UserFactorsTest, WhatHangsOnASubmapGoesWithIt) {
+TEST_F(UserFactorsTest, FactorsAnchoredToASubmapAreDroppedWithIt) {
   const SubmapId submap = map.AddSubmap();
   const KeyFrameId other = map.AddKeyFrame(map.keyframe(3_kf)->frame, Pose(), submap).id;
   ASSERT_TRUE(map.AddFactor(At(0_kf)));
@@ -118,7 +118,7 @@ TEST_F(UserFactorsTest, AFrameStaysWhereItIsWhenTheWorldMoves) {
             1e-12);
 }
 
-TEST_F(UserFactorsTest, WhereWorldsMeetTheFrameThatEitherKnewHolds) {
+TEST_F(UserFactorsTest, AMergeKeepsAFrameThatEitherWorldKnew) {
   std::mt19937 rng(4);
   const Pose of_second = RandomPose(rng), of_first = RandomPose(rng);
   const SubmapId submap = map.AddSubmap();
@@ -132,7 +132,7 @@ TEST_F(UserFactorsTest, WhereWorldsMeetTheFrameThatEitherKnewHolds) {
   EXPECT_LT((map.factors().T_FW(frame, kFirstSubmap)->p() - of_second.p()).norm(), 1e-15);
 }
 
-TEST_F(UserFactorsTest, AFactorTellsNothingUntilItsFrameIsKnown) {
+TEST_F(UserFactorsTest, AFactorHasNoEffectUntilItsFrameIsKnown) {
   ASSERT_TRUE(map.AddFactor(At(1_kf)));
   EXPECT_TRUE(FactorsIn(map, kFirstSubmap).empty());
   map.factors().Place(frame, kFirstSubmap, Pose());
@@ -192,7 +192,7 @@ class WearsOut final : public ceres::SizedCostFunction<3, 7, 7> {
   mutable int left_;
 };
 
-TEST_F(UserFactorsTest, OneThatThrowsIsSetAsideAndTheMapIsAdjusted) {
+TEST_F(UserFactorsTest, RejectsAFactorThatThrowsAndAdjustsTheMap) {
   map.factors().Place(frame, kFirstSubmap, Pose());
   const std::vector<KeyFrameId> free{3_kf}, fixed{0_kf, 1_kf, 2_kf};
   for (const int times : {0, 4}) {  // immediately, and during the solution
@@ -220,7 +220,7 @@ class ThrowsAtTrials final : public ceres::SizedCostFunction<3, 7, 7> {
   }
 };
 
-TEST_F(UserFactorsTest, TwoThatFailInDifferentWaysAreSetAsideTogether) {
+TEST_F(UserFactorsTest, RejectsTwoFactorsThatFailInDifferentWaysTogether) {
   map.factors().Place(frame, kFirstSubmap, Pose());
   const std::vector<KeyFrameId> free{3_kf}, fixed{0_kf, 1_kf, 2_kf};
   map.keyframe(3_kf)->T_WC = Pose(truth[3].q(), truth[3].p() + Eigen::Vector3d(0.005, 0, 0));
@@ -297,7 +297,7 @@ TEST(AnchoredCost, JacobiansMatchCentralDifferences) {
   EXPECT_TRUE(check) << check.message;
 }
 
-TEST(PoseFactor, RefusesWhatItsCostDoesNotFit) {
+TEST(PoseFactor, RefusesMismatchedCosts) {
   const auto cost = PositionInFrame({1, 2, 3}, 0.1);
   EXPECT_NO_THROW((PoseFactor{{7}, ReferenceFrameId(0), cost}.Validate()));
   EXPECT_THROW((PoseFactor{{7}, ReferenceFrameId(0), nullptr}.Validate()), InvalidArgument);

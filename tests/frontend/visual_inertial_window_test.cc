@@ -188,7 +188,7 @@ TEST(VisualInertialWindow, MotionIsConsistentOverThirtySeeds) {
   EXPECT_LT(pose / kRuns, 4.0 * 6.0);  // two standard deviations instead of one
 }
 
-TEST(VisualInertialWindow, WhatLeavesIsNotForgotten) {
+TEST(VisualInertialWindow, KeepsTheInformationOfMarginalizedStates) {
   // Nothing changes gravity: it is known better with each state.
   InertialOptions options = FewLandmarks();
   options.window_states = 4;
@@ -308,7 +308,7 @@ TEST(VisualInertialWindow, WithoutImagesTheCovarianceGrowsAndHoldsTheError) {
   for (int i = 0; i < 9; ++i) EXPECT_LT(std::abs(error[i]), 4.0 * std::sqrt(after(i, i))) << i;
 }
 
-TEST(VisualInertialWindow, GoesOnFromThePriorOfAnotherWindow) {
+TEST(VisualInertialWindow, ContinuesFromThePriorOfAnotherWindow) {
   Drive drive({}, FewLandmarks());
   drive.Go(20);
   const InertialPrior prior = drive.window().Prior();
@@ -361,7 +361,7 @@ TEST(VisualInertialWindow, FindsWhereTheCameraSitsWithAClockThatIsKnown) {
   EXPECT_LT(error.Angle(), 3.0 * sigma.norm());
 }
 
-TEST(VisualInertialWindow, WhatIsAskedToStopAddsNothing) {
+TEST(VisualInertialWindow, AddsNothingWhenItIsStopped) {
   Drive drive({}, {});
   drive.Go(2);
   const Stamp newest = drive.window().newest().stamp;

@@ -115,7 +115,7 @@ TEST(VisualPose, AnOpenDirectionStaysOpenAndUnmoved) {
   EXPECT_LT(std::abs(u.dot(step)), 1e-6 * step.norm() + 1e-12);
 }
 
-TEST(VisualPose, NothingKnownIsNoInformation) {
+TEST(VisualPose, WithoutKnowledgeThereIsNoInformation) {
   const VisualPose visual = MakeVisualPose(kPose, Matrix6::Zero(), Vector6::Zero());
   EXPECT_EQ(visual.sqrt_information.norm(), 0.0);
   EXPECT_TRUE(visual.T_WC.Matrix().isApprox(kPose.Matrix(), 1e-15));

@@ -97,7 +97,7 @@ TEST_F(DenseMapperOfARoom, KnowsTheGround) {
   EXPECT_GT(map.grid.width, 0);
 }
 
-TEST_F(DenseMapperOfARoom, ThrowsWhatWentWrongOnItsThreadAndGoesOn) {
+TEST_F(DenseMapperOfARoom, RethrowsAnErrorOfItsThreadAndContinues) {
   for (const bool background : {false, true}) {
     DenseMapper mapper(BoxRoomOptions(background), camera_);
     KeyframeImage bad = keyframes_[0];
@@ -122,7 +122,7 @@ TEST(DenseMapOptions, ReachAsFarInCloudAndOctree) {
   EXPECT_EQ(options.octree.max_range, kDenseRange);
 }
 
-TEST(DenseMapOptions, RefusesWhatMakesNoSenseNamingTheField) {
+TEST(DenseMapOptions, RefusesInvalidValuesByField) {
   const auto refuses = [](const std::function<void(DenseMapOptions&)>& change, const char* field) {
     DenseMapOptions options;
     change(options);

@@ -24,7 +24,7 @@ TEST(DepthFilter, AFrameComesOutWhenTheNextHasComeIn) {
   EXPECT_FALSE(filter.Flush());
 }
 
-TEST(DepthFilter, DropsWhatBothNeighboursLookThrough) {
+TEST(DepthFilter, DropsPointsThatBothNeighboursSeeThrough) {
   DepthFilter filter(SmallCamera(), 0.01);
   KeyframeImage ghost = Wall(2, 2.0f);
   ghost.depth.at<float>(50, 50) = 1.0f;
@@ -80,7 +80,7 @@ TEST(DepthFilter, ForgetsRemovedFrames) {
   EXPECT_FALSE(filter.Flush());
 }
 
-TEST(DepthFilter, RefusesDepthOfAnotherSizeAndHoldsItNot) {
+TEST(DepthFilter, RefusesDepthOfAnotherSizeAndDoesNotStoreIt) {
   DepthFilter filter(SmallCamera(), 0.01);
   const KeyframeImage whole = Wall(1, 2.0f);
   const int width = whole.depth.cols, height = whole.depth.rows;

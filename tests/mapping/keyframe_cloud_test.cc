@@ -151,7 +151,7 @@ TEST(MakeKeyframeCloud, DropsSurfacesSeenAtAGrazingAngle) {
   }
 }
 
-TEST(KeepAgreedDepth, DropsWhatNeighboursLookThrough) {
+TEST(KeepAgreedDepth, DropsPointsThatNeighboursSeeThrough) {
   const PinholeCamera camera = WideCamera();
   const DepthUnprojector unprojector(camera);
   for (const double z : {2.0, 0.6}) {  // [m] depth of a wall
@@ -170,7 +170,7 @@ TEST(KeepAgreedDepth, DropsWhatNeighboursLookThrough) {
   }
 }
 
-TEST(KeepAgreedDepth, KeepsWhatIsHiddenFromOrConfirmedByNeighbours) {
+TEST(KeepAgreedDepth, KeepsPointsThatNeighboursConfirmOrCannotSee) {
   const PinholeCamera camera = WideCamera();
   const DepthUnprojector unprojector(camera);
   const cv::Mat depth = PlaneDepth(camera, {0, 0, 1}, 2.0);
@@ -275,7 +275,7 @@ TEST(FilterVoxels, KeepsOnePointPerVoxelOfALargeGrid) {
   }
 }
 
-TEST(FilterVoxels, DropsWhatIsNotFiniteOrTooFar) {
+TEST(FilterVoxels, DropsNonFiniteAndTooFarPoints) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();
   const std::vector<ColoredPoint> points = {Point(nan, 0, 0), Point(0, infinity, 0),

@@ -215,7 +215,7 @@ TEST(KeyframeOctree, KeyframesThatMoveOverFromAnotherEqualAMapFromScratch) {
   }
 }
 
-TEST(KeyframeOctree, TellsWhereItChanged) {
+TEST(KeyframeOctree, ReportsWhereItChanged) {
   for (const std::size_t moved : {1, 12}) {
     KeyframeOctree octree(Options());
     Fill(Corridor(12), octree);

@@ -42,7 +42,7 @@ TEST(CompareMaps, ASheetAboveAnotherIsOffByItsHeight) {
   EXPECT_EQ(result.thresholds[1].f_score, 1.0);  // 5 cm
 }
 
-TEST(CompareMaps, TellsWhatIsMissingFromWhatIsWrong) {
+TEST(CompareMaps, SeparatesMissingFromWrongParts) {
   // Half of the surface is present and exact.
   const MapComparison result = CompareMaps(Sheet(0.0f, 0.5f), ReferenceSurface(Sheet(0.0f)));
   EXPECT_EQ(result.accuracy.percentile_90, 0.0);

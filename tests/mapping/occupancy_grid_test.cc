@@ -60,7 +60,7 @@ TEST(ProjectToGrid, KeepsUnknownFreeAndOccupiedApart) {
   ExpectRoom(grid);
 }
 
-TEST(ProjectToGrid, TheBandLeavesOutTheFloorAndWhatIsAbove) {
+TEST(ProjectToGrid, TheBandLeavesOutTheFloorAndHigherObstacles) {
   const OctomapBuilder map = Room(Eigen::Quaterniond::Identity(), 0.025);
   EXPECT_EQ(ProjectToGrid(map, {.z_min = -0.05, .z_max = 0.9}).Query({0.5, 0.5}),
             GridCell::kOccupied);

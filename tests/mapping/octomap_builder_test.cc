@@ -262,7 +262,7 @@ TEST(OctomapBuilder, LearnsNothingFromHolesAndEmptyImages) {
   EXPECT_EQ(map.NodeCount(), 0u);
 }
 
-TEST(OctomapBuilder, IgnoresWhatLiesOutsideOfTheMap) {
+TEST(OctomapBuilder, IgnoresPointsOutsideOfTheMap) {
   OctomapBuilder map({.max_range = 1e9});
   map.InsertWorld(Points{{1700, 0, 0}, {0, -1e30f, 0}}, kSensor);
   map.InsertWorld(kWallPoint, {0, 0, 5000});
@@ -304,7 +304,7 @@ TEST(OctomapBuilder, FarHitsThatCountInFullChangeNothing) {
   EXPECT_EQ(i, expected.size());
 }
 
-TEST(OctomapBuilder, TellsWhereItChanged) {
+TEST(OctomapBuilder, ReportsWhereItChanged) {
   OctomapBuilder map;
   std::vector<Eigen::AlignedBox3d> boxes;
   map.SetChangeCallback([&](const Eigen::AlignedBox3d& box) { boxes.push_back(box); });

@@ -131,7 +131,7 @@ TEST(NearestFrontier, IsAFreeVoxelBesideTheUnknown) {
   EXPECT_EQ(NearestFrontier(map, p, 0.3), std::nullopt);
 }
 
-TEST(OctreeQueries, RefuseWhatIsNotFinite) {
+TEST(OctreeQueries, RefuseNonFiniteArguments) {
   const OctomapBuilder map;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW(CastRay(map, {nan, 0, 0}, {1, 0, 0}, 1.0), InvalidArgument);

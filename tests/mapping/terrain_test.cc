@@ -66,7 +66,7 @@ TEST(MakeHeightMap, HoldsTheTerrain) {
   EXPECT_EQ(MakeHeightMap(OctomapBuilder()).width, 0);
 }
 
-TEST(MakeHeightMap, TellsTheTopFromTheGround) {
+TEST(MakeHeightMap, SeparatesTheTopFromTheGround) {
   Points roof;
   for (int i = 0; i < 40; ++i) {
     for (int j = 0; j < 40; ++j) {

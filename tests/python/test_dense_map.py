@@ -1,4 +1,4 @@
-"""A dense map that follows a system: without what moves, each world by itself."""
+"""A dense map that follows a system: without dynamic objects, each world by itself."""
 
 import gc
 import os
@@ -72,7 +72,7 @@ def near(found):
     return np.count_nonzero(np.abs(found.cloud.points[:, 0] - DEPTH / 2) < 0.1)
 
 
-def test_what_moves_is_left_out(sensor):
+def test_dynamic_objects_are_left_out(sensor):
     slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
     dense = hw.DenseMapper.following(slam, background=False)
     everything = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True, moving_objects=False))

@@ -156,7 +156,7 @@ def test_ctrl_c_ends_a_long_solve_of_a_pose_graph_and_leaves_it_as_it_was():
     assert hw.chi2(graph) == before
 
 
-def test_ctrl_c_comes_out_of_track_and_the_system_goes_on(sensor):
+def test_ctrl_c_comes_out_of_track_and_the_system_continues(sensor):
     slam = hw.SlamSystem(sensor)
     images = list(moving_wall(sensor.camera, 20))
 

@@ -14,7 +14,7 @@ def test_a_sensor_has_a_pattern_of_depth(sensor):
     np.testing.assert_array_equal(sensor.depth_pattern, np.linspace(-0.01, 0.01, 20))
 
 
-def test_slam_follows_a_camera_and_tells_of_it(sensor):
+def test_slam_follows_a_camera_and_reports_it(sensor):
     slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
     keyframes, frames = {}, []
     slam.set_callbacks(
@@ -51,7 +51,7 @@ def test_what_a_callback_raises_reaches_the_caller(sensor):
         slam.track(*next(moving_wall(sensor.camera, 1)))
 
 
-def test_positions_of_ones_own_tell_where_their_frame_lies(sensor):
+def test_positions_of_the_user_place_their_frame(sensor):
     slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
     gps = slam.add_reference_frame()
     T_GW = hw.Pose.from_tangent([100, 200, 30], [0, 0, 1.5])
@@ -106,9 +106,9 @@ def test_a_system_that_goes_while_its_threads_evaluate_in_python_does_not_hang(s
     del slam
 
 
-def test_what_a_factor_raises_is_told_and_slam_goes_on(sensor, monkeypatch):
-    told = []
-    monkeypatch.setattr("sys.unraisablehook", lambda error: told.append(str(error.exc_value)))
+def test_an_exception_of_a_factor_is_reported_and_slam_continues(sensor, monkeypatch):
+    reported = []
+    monkeypatch.setattr("sys.unraisablehook", lambda error: reported.append(str(error.exc_value)))
 
     class Broken(Height):
         def evaluate(self, T_WB):
@@ -119,7 +119,7 @@ def test_what_a_factor_raises_is_told_and_slam_goes_on(sensor, monkeypatch):
         slam.add_factor([image[0]], Broken(0.0))
         assert slam.track(*image).state == hw.TrackingState.TRACKING
     slam.finish()
-    assert "no height" in told[0]
+    assert "no height" in reported[0]
 
 
 class Corners(hw.PointExtractor):

@@ -192,7 +192,7 @@ TEST_F(InertialTutorial, FollowsTheBodyAndFindsTheBiases) {
   EXPECT_LT((trajectory.bias() - bias_).tail<3>().norm(), 0.06);
 }
 
-TEST_F(InertialTutorial, GoesOnWithoutFeaturesForASecond) {
+TEST_F(InertialTutorial, ContinuesWithoutFeaturesForASecond) {
   InertialTrajectory trajectory(camera_, T_BC_, noise_, motion_.StateAt(0.0));
   for (int k = 0; k <= 50; ++k) {
     const double t = k / kImages;
