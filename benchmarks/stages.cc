@@ -135,7 +135,7 @@ int main(int argc, char** argv) {
   highwall::apps::SlamArguments arguments;
   return highwall::bench::RunBench(
       {"highwall_bench_stages",
-       "A checksum of what each stage makes of each frame, images alone.\n"
+       "A checksum of the result of each stage for each frame, from images alone.\n"
        "Example: highwall_bench_stages --dataset fr1_xyz --config tum1 --line-detector lsd"},
       argc, argv,
       [&](CLI::App& app) {

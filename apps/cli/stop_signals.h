@@ -32,7 +32,7 @@ std::string SignalName(int signal);
 class StoppedBySignal : public std::runtime_error {
  public:
   explicit StoppedBySignal(int signal)
-      : std::runtime_error("stopped by " + SignalName(signal) + ": what was done is kept"),
+      : std::runtime_error("stopped by " + SignalName(signal) + ": the results so far are kept"),
         signal_(signal) {}
   int signal() const { return signal_; }
 

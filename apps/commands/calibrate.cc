@@ -239,7 +239,7 @@ int RunCalibrate(const CalibrateArguments& arguments) {
 void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
   CLI::App* command = app.add_subcommand(
       "calibrate",
-      "Find when a camera's rows are taken, how depth is off, and where it sits on its IMU");
+      "Estimate the row times of a camera, the errors of its depth, and its pose on the IMU");
   const auto arguments = std::make_shared<CalibrateArguments>();
   command
       ->add_option("input", arguments->input,
@@ -253,7 +253,7 @@ void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
       "--trajectory", arguments->trajectory, "T_WC by the images alone, instead of tracking them");
   command
       ->add_flag("--intrinsics", arguments->intrinsics,
-                 "Find the focal lengths and the principal point as well: tracks once more")
+                 "Find the focal lengths and the principal point as well: tracks again")
       ->excludes(trajectory);
   command->add_option("--out", arguments->out, "calibration.yaml to write");
   AddMaxPairDifference(command, &arguments->max_pair_difference);

@@ -98,7 +98,7 @@ CalibrationReport CalibrationOf(const DepthReport& depth, bool vga) {
     return {
         "tum3", "unsure",
         "640 x 480 is the size of a Kinect, whose undistorted images tum3 describes; the images "
-        "cannot tell the lens"};
+        "do not reveal the lens"};
   }
   if (guess == nullptr || guess->probability < kLikely) {
     return {"", "none", "no preset has images of this size: write a calibration.yaml"};

@@ -77,7 +77,7 @@ std::string DepthText(const DepthReport& depth, double factor) {
     text << "; grain " << 1e3 * most->sigma / factor << " mm at " << most->depth / factor << " m";
   }
   text << "\n  depth sensor  ";
-  if (depth.guesses.empty()) return text.str() + "unknown: the images tell nothing of it\n";
+  if (depth.guesses.empty()) return text.str() + "unknown: the images do not reveal it\n";
   const DepthGuess& best = depth.guesses.front();
   text.precision(4);
   text << best.profile->name << " (" << best.profile->title << "), depth factor "

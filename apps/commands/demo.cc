@@ -74,10 +74,10 @@ int RunDemo(const DemoArguments& arguments) {
 void AddDemoCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<DemoArguments>();
   CLI::App* command = app.add_subcommand(
-      "demo", "Make a small recording, map it and tell the error: a minute or two, offline");
+      "demo", "Make a small recording, map it and print the error: a minute or two, offline");
   command
       ->add_option("--out", arguments->out,
-                   "Folder for all of it; a recording that is there already is taken")
+                   "Folder of the recording and the results; an existing recording is used")
       ->check(NotEmpty())
       ->capture_default_str();
   command->footer("Example:\n  highwall demo");

@@ -37,8 +37,8 @@ int RunInfo(const InfoArguments& arguments) {
 
 void AddInfoCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<InfoArguments>();
-  CLI::App* command = app.add_subcommand(
-      "info", "Say what a dataset holds, what is wrong with it and which calibration fits");
+  CLI::App* command =
+      app.add_subcommand("info", "Describe a dataset, its faults and the calibration that fits");
   command->add_option("DIR", arguments->directory, "Folder with rgb.txt and depth.txt (TUM RGB-D)")
       ->required();
   AddMaxPairDifference(command, &arguments->max_pair_difference);

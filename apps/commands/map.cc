@@ -254,7 +254,7 @@ int RunMap(const MapArguments& arguments) {
   }
   if (dense.octree.LeafCount().occupied == 0 && !dense.cloud.empty()) {
     throw InvalidArgument(fmt::format(
-        "an octree of {} m has no occupied voxel, for what is seen lies in that of the camera: "
+        "an octree of {} m has no occupied voxel, as all points lie in the voxel of the camera: "
         "choose a finer --resolution",
         arguments.resolution));
   }

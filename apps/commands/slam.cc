@@ -54,7 +54,7 @@ void WarnOfGps(const SlamRun& run) {
   if (!run.gps || run.gps->T_GW) return;
   fmt::print(stderr,
              "highwall slam: warning: the GPS was not used: {} of its {} fixes fell to tracked "
-             "frames, too few, or too near to each other, to tell how the map lies in its frame\n",
+             "frames, too few, or too near to each other, to place the map in its frame\n",
              run.gps->used, run.gps->fixes);
 }
 

@@ -24,8 +24,8 @@ void CallGate::RequireOutside() const {
   for (const Work* work = innermost_work; work != nullptr; work = work->outer_) {
     if (&work->gate_ != this) continue;
     throw std::runtime_error("this " + name_ +
-                             " is at work and has called this code, which must not call it in "
-                             "turn: note what is to be asked, and ask when its call has returned");
+                             " is running and has called this code, which must not call it in "
+                             "turn: store the request, and call it when its function has returned");
   }
 }
 

@@ -145,7 +145,7 @@ void BindOctree(py::module_& module) {
       .def_readwrite("occupancy_threshold", &OctomapBuilderOptions::occupancy_threshold)
       .def_readwrite("threads", &OctomapBuilderOptions::threads);
   py::class_<OctomapBuilder>(module, "OctomapBuilder",
-                             "An octree of what is occupied and free, as OctoMap builds it.")
+                             "An octree of occupied and free space, as OctoMap builds it.")
       .def(py::init<const OctomapBuilderOptions&>(), py::arg("options") = OctomapBuilderOptions{})
       .def(
           "insert",
@@ -292,8 +292,9 @@ void BindDenseMapper(py::module_& module) {
           "following", &MapperOf, py::arg("slam"),
           py::arg("voxel_size") = KeyframeCloudOptions{}.voxel_size,
           py::arg("resolution") = OctomapBuilderOptions{}.resolution, py::arg("background") = true,
-          "One that follows a SlamSystem from its first frame on, as `highwall slam` has it: with "
-          "corrected depth, without what moves, a map for each submap.")
+          "Returns a mapper that follows a SlamSystem from its first frame on, as in "
+          "`highwall slam`: with corrected depth, without dynamic objects, one map for each "
+          "submap.")
       .def(
           "add_keyframe",
           [](Mapper& self, std::int64_t id, Stamp stamp, const py::object& bgr,

@@ -214,7 +214,7 @@ void BindResults(py::module_& module) {
             if (!frame.reason) return std::nullopt;
             return ToString(*frame.reason);
           },
-          "Why there is no pose, where there is none.")
+          "The reason if there is no pose.")
       .def_property_readonly(
           "T_WC",
           [](const FrameResult& frame) -> std::optional<Pose> {
@@ -242,8 +242,8 @@ void BindEstimates(py::module_& module) {
       .def_readonly("value", &FrameTimingEstimate::value)
       .def_readonly("sigma", &FrameTimingEstimate::sigma, "Standard deviations.");
   py::class_<NoiseEstimate>(module, "NoiseEstimate",
-                            "Standard deviations of each kind of measurement, as multiples of what "
-                            "is known beforehand (docs/noise.md).")
+                            "Standard deviations of each kind of measurement, as multiples of the "
+                            "prior noise models (docs/noise.md).")
       .def_property_readonly(
           "point_px", [](const NoiseEstimate& noise) { return ArrayOf(noise.point_px); },
           "Of points, across the image, by octave: 16, of which an extractor may have fewer.")
@@ -326,7 +326,7 @@ void BindSlam(py::module_& module) {
           "on_map({id: T_WC}), on_frame(FrameResult): called by track() and finish(). What one "
           "raises reaches the caller. They must not call the system in turn: a RuntimeError.")
       .def("add_imu", Exclusively<PythonSlam>(&SlamSystem::AddImu), py::arg("sample"),
-           "Every reading until some 50 ms after an image goes before that image.")
+           "All readings until some 50 ms after an image must be passed before that image.")
       .def(
           "add_reference_frame",
           [](Slam& self, bool upright) {
@@ -339,9 +339,9 @@ void BindSlam(py::module_& module) {
           "points up.")
       .def("add_factor", &AddFactor, py::arg("stamps"), py::arg("factor"),
            py::arg("frame") = std::nullopt, py::arg("loss") = std::nullopt,
-           "A measurement of your own: a factor of the poses T_WB at the stamps [ns], then, where "
-           "there is a frame, of T_FW. What a factor written in Python raises later goes to "
-           "sys.unraisablehook.")
+           "A user factor: a factor on the poses T_WB at the stamps [ns], then, where "
+           "there is a frame, of T_FW. An exception that a factor written in Python raises "
+           "later goes to sys.unraisablehook.")
       .def(
           "T_FW",
           [](Slam& self, int frame) {
@@ -377,7 +377,7 @@ void BindSlam(py::module_& module) {
       .def("sensor", Exclusively<PythonSlam>(&SlamSystem::sensor),
            "Online estimate of the sensor, as it is now.")
       .def("refined_frames", Exclusively<PythonSlam>(&SlamSystem::refined_frames),
-           "How many frames had their pose found once more.")
+           "Number of frames whose pose was refined afterwards.")
       .def(
           "map_points", [](Slam& self) { return self.Call(&MapPoints); }, "[m] n x 3 in W.")
       .def(

@@ -137,8 +137,8 @@ void BindSmoother(py::module_& module) {
           [](Window& self) {
             return self.Call([](Smoother& smoother) { return smoother.Update(); });
           },
-          "Solves, then marginalizes what no longer fits; takes or rejects what was added since "
-          "the last call as a whole. Does not throw.")
+          "Solves, then marginalizes the states that leave the window; accepts or rejects the "
+          "additions since the last call as a whole. Does not throw.")
       .def(
           "value",
           [](Window& self, const PythonVariable& v) {

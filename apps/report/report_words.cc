@@ -117,8 +117,8 @@ std::string Inertial(const nlohmann::json& imu) {
   }
   std::string text = fmt::format(
       "The IMU weighed {:.2f} on average; its squared innovations are {:.2f} a degree of freedom "
-      "(1 "
-      "would be what the noise says), its clock is {:+.2f} ms from the camera's.",
+      "(1 if "
+      "the noise model is right), its clock is {:+.2f} ms from the camera's.",
       Number(imu, "/mean_weight"), Number(imu, "/innovation_per_dof"),
       1e3 * Number(imu, "/time_offset/value"));
   if (const std::size_t n = Count(imu, "/dead_reckoned_frames"); n > 0) {

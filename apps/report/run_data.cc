@@ -41,8 +41,8 @@ constexpr std::array kPictures = {
     Picture{"octree.png", "The octree from the side, coloured by height: violet low, yellow high"},
     Picture{"octree_top.png", "The octree from above, coloured by height: violet low, yellow high"},
     Picture{kSparseMapFile,
-            "The sparse map from above: points black, lines green, keyframes blue, the way of the "
-            "camera orange"}};
+            "The sparse map from above: points black, lines green, keyframes blue, the path of "
+            "the camera orange"}};
 
 // Returns the frames of the map at `place`, after the final adjustment if there was one; empty if
 // the file does not exist.

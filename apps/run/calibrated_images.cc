@@ -69,8 +69,9 @@ CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor&
   options.adjust_all = true;
   options.calibrate =
       CameraCalibrationOptions{.intrinsics = wanted.intrinsics, .pattern_of = sensor.camera};
-  Progress progress(round == 1 ? "tracking"
-                               : fmt::format("tracking with what was found, round {}", round));
+  Progress progress(round == 1
+                        ? "tracking"
+                        : fmt::format("tracking with the calibration found, round {}", round));
   const SlamRun run = RunSlam(*images, sensor, options,
                               [&progress](const FrameResult&, const RgbdImage&, std::size_t done,
                                           std::size_t total) { progress.Update(done, total); });

@@ -33,10 +33,10 @@ LossWords Explain(LossReason reason) {
       return {"the matches with the frame before contradict each other",
               "a calibration that fits (highwall info), or fewer repeated patterns in view"};
     case LossReason::kAllMoving:
-      return {"most of what is seen moves", "a view with more of what stands still, or an IMU"};
+      return {"most of the view is on moving objects",
+              "a view with more static surfaces, or an IMU"};
     case LossReason::kUnknownPlace:
-      return {"nothing in the image is in the map",
-              "overlap between what is seen before and after"};
+      return {"nothing in the image is in the map", "overlap between the views before and after"};
     case LossReason::kRepeatedImage:
       return {"the colour image repeats the one before", "a recording without dropped images"};
     case LossReason::kDeadReckoning:

@@ -234,7 +234,8 @@ void CheckSettings(const SlamOptions& options) {
 
 std::string SettingsFile(const SlamOptions& options) {
   std::string file =
-      "# Settings of highwall slam, for --settings FILE: what is left out keeps its default.\n";
+      "# Settings of highwall slam, for --settings FILE: a setting that is left out keeps its "
+      "default.\n";
   WriteGroup(options, "", &file);
   return file;
 }

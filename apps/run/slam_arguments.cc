@@ -32,8 +32,9 @@ void AddMapOptions(CLI::App* command, SlamArguments* arguments) {
                         "In the end adjust all keyframes and landmarks together, and write "
                         "trajectory_adjusted.txt");
   command
-      ->add_flag("--localize", arguments->localize,
-                 "The map of --load-map stays as it is: poses in it by images alone, nothing else")
+      ->add_flag(
+          "--localize", arguments->localize,
+          "Only estimate poses in the map of --load-map, from images alone; it is not changed")
       ->needs(load_map)
       ->excludes(save_map)
       ->excludes(adjust_all);
@@ -110,13 +111,13 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
       {{"points", Features::kPoints}, {"lines", Features::kLines}, {"both", Features::kBoth}},
       "What is tracked (default: both)");
   AddChoice(command, "--point-detector", &arguments->point_detector,
-            Named<PointDetector>(kChoices<PointDetector>), "What finds points (default: orb)");
+            Named<PointDetector>(kChoices<PointDetector>), "Detector of points (default: orb)");
   AddChoice(command, "--line-detector", &arguments->detector,
-            Named<LineDetector>(kChoices<LineDetector>), "What finds lines (default: edlines)");
+            Named<LineDetector>(kChoices<LineDetector>), "Detector of lines (default: edlines)");
   AddChoice(command, "--line-outliers", &arguments->mad_rule, Named<MadRule>(kChoices<MadRule>),
             "How false matches of lines are rejected (default: median)");
   AddChoice(command, "--weighting", &arguments->weighting, Named<Weighting>(kChoices<Weighting>),
-            "Of what has depth (default: covariance)");
+            "Weights of observations with depth (default: covariance)");
   command->add_option("--resolution", arguments->resolution, "Edge of the smallest voxel [m]")
       ->check(Between(1e-3, 10.0))
       ->capture_default_str();

@@ -70,7 +70,7 @@ OrderChange DoubledFrames(double every) {
 }
 
 OrderChange CutIn(std::vector<AbusedFrame> elsewhere) {
-  HIGHWALL_REQUIRE(elsewhere.size() >= 2, "what is cut in must be two frames or more");
+  HIGHWALL_REQUIRE(elsewhere.size() >= 2, "the inserted sequence must have two frames or more");
   return [elsewhere = std::move(elsewhere)](const Frames& frames, const CounterRandom&) {
     const auto middle = frames.begin() + std::ssize(frames) / 2;
     Frames sequence(frames.begin(), middle);

@@ -74,11 +74,11 @@ void ScoreErrors(const Trajectory& truth, const Trajectory& estimate, Scores* fi
 
 }  // namespace
 
-AbuseScores RunAbused(const AbusedSequence& sequence, const RgbdSensor& sensor, bool lockstep,
+AbuseScores RunAbused(const AbusedSequence& sequence, const RgbdSensor& sensor, bool synchronous,
                       const ProgressCallback& progress) {
   apps::SlamRunOptions options;
   options.dense = false;
-  if (lockstep) options.slam = Deterministic(options.slam);
+  if (synchronous) options.slam = Deterministic(options.slam);
   const apps::SlamRun run =
       apps::RunSlam(sequence, sensor, options,
                     [&](const FrameResult&, const RgbdImage&, std::size_t done, std::size_t total) {

@@ -29,9 +29,9 @@ struct AbuseScores {
 // progress(done, total).
 using ProgressCallback = std::function<void(std::size_t done, std::size_t total)>;
 
-// Runs SlamSystem once over a sequence with a ground truth. lockstep: synchronous mode, as
+// Runs SlamSystem once over a sequence with a ground truth. synchronous: in synchronous mode, as
 // `highwall slam --deterministic`. Throws the errors of Highwall.
-AbuseScores RunAbused(const AbusedSequence& sequence, const RgbdSensor& sensor, bool lockstep,
+AbuseScores RunAbused(const AbusedSequence& sequence, const RgbdSensor& sensor, bool synchronous,
                       const ProgressCallback& progress);
 
 }  // namespace highwall::bench

@@ -96,7 +96,7 @@ SweepPlan PlanOf(const BenchArguments& arguments) {
                  .seeds = arguments.seeds,
                  .settings = SettingsOf(arguments),
                  .runs = arguments.runs,
-                 .lockstep = arguments.deterministic,
+                 .synchronous = arguments.deterministic,
                  .out = arguments.report.out,
                  .shard = ParseShard(arguments.shard)};
   for (const std::string& scene : arguments.scenes) {
@@ -155,8 +155,8 @@ CLI::Option* AddPairedOptions(CLI::App& app, BenchArguments& arguments) {
   CLI::Option* paired =
       app.add_option("--paired", arguments.pair,
                      "Run two settings against each other, --runs times from beginnings --step "
-                     "frames apart, in lockstep: each what one would write behind highwall slam, "
-                     "\"\" for nothing")
+                     "frames apart, in synchronous mode: the options of highwall slam of each, "
+                     "\"\" for none")
           ->type_name("A B");
   app.add_option("--paired-program", arguments.program,
                  "The highwall of another build, which runs B")
@@ -198,22 +198,23 @@ std::vector<CLI::Option*> AddReportOptions(CLI::App& app, ReportArguments& argum
   CLI::Option* json = app.add_flag("--json", arguments.json, "Print one JSON object");
   CLI::Option* markdown =
       app.add_flag("--markdown", arguments.markdown, "Print the table as Markdown")->excludes(json);
-  return {app.add_option("--out", arguments.out,
-                         "Folder that keeps each run, to go on where an earlier sweep ended, and "
-                         "figures.json, runs.csv, table.md")
-              ->check(apps::NotEmpty()),
-          app.add_option("--reference", arguments.references,
-                         "Compare with another system's trajectories on the same frames: "
-                         "DIR/SEQUENCE_*.txt, one a run")
-              ->check(IsReference()),
-          markdown,
-          app.add_flag("--no-times", arguments.no_times,
-                       "Without what depends on the machine: times and memory")
-              ->needs(markdown),
-          app.add_flag("--paper", arguments.paper,
-                       "Tables 1, 2 and 4 of the paper: points, points and lines, and the paper's "
-                       "own settings")
-              ->excludes(json)};
+  return {
+      app.add_option("--out", arguments.out,
+                     "Folder that keeps each run, to continue where an earlier sweep ended, and "
+                     "figures.json, runs.csv, table.md")
+          ->check(apps::NotEmpty()),
+      app.add_option("--reference", arguments.references,
+                     "Compare with another system's trajectories on the same frames: "
+                     "DIR/SEQUENCE_*.txt, one a run")
+          ->check(IsReference()),
+      markdown,
+      app.add_flag("--no-times", arguments.no_times,
+                   "Without what depends on the machine: times and memory")
+          ->needs(markdown),
+      app.add_flag("--paper", arguments.paper,
+                   "Tables 1, 2 and 4 of the paper: points, points and lines, and the paper's "
+                   "own settings")
+          ->excludes(json)};
 }
 
 // Adds the options of generated sequences.
@@ -245,7 +246,7 @@ void CheckArguments(BenchArguments& arguments, const CLI::Option* paired) {
   if (!arguments.paired) {
     for (const NamedSetting& setting : SettingsOf(arguments)) {
       RequireSetting(setting.name, setting.switches,
-                     {.lockstep = arguments.deterministic, .map = setting.map});
+                     {.synchronous = arguments.deterministic, .map = setting.map});
     }
     return;
   }
@@ -271,7 +272,8 @@ void AddOptions(CLI::App& app, BenchArguments& arguments) {
   CLI::Option* shard = app.add_option("--shard", arguments.shard,
                                       "Run only this part of the sweep: 2/4, the second of four")
                            ->check(IsShard());
-  app.add_flag("--deterministic", arguments.deterministic, "Everything on one thread, in lockstep");
+  app.add_flag("--deterministic", arguments.deterministic,
+               "Synchronous mode: everything on one thread");
   CLI::Option* paired = AddPairedOptions(app, arguments);
   for (CLI::Option* other : AddReportOptions(app, arguments.report)) other->excludes(paired);
   for (CLI::Option* other : AddSceneOptions(app, arguments)) other->excludes(paired);

@@ -25,7 +25,7 @@ SweepPlan PlanOf(const nlohmann::json& sweep, const std::filesystem::path& data)
   plan.data = data;
   plan.seeds = sweep.at("seeds");
   plan.runs = 1;
-  plan.lockstep = true;
+  plan.synchronous = true;
   for (const nlohmann::json& scene : sweep.at("scenes")) {
     plan.scenes.push_back({.scene = scene.at("scene"),
                            .duration = scene.at("duration_s"),

@@ -45,7 +45,7 @@ std::vector<std::string> CommandLine(const std::string& dataset, const std::stri
                                      const std::vector<std::string>& switches,
                                      const SettingMode& mode = {}) {
   std::vector<std::string> words{"--dataset", dataset, "--out", out};
-  if (mode.lockstep) words.push_back("--deterministic");
+  if (mode.synchronous) words.push_back("--deterministic");
   if (mode.map == MapChoice::kNone) words.push_back("--no-map");
   words.insert(words.end(), switches.begin(), switches.end());
   return words;

@@ -28,7 +28,7 @@ std::string ToString(MapChoice map);
 
 // Mode common to all compared settings.
 struct SettingMode {
-  bool lockstep = true;  // synchronous mode: one thread, the same result on every run
+  bool synchronous = true;  // one thread, the same result on every run
   MapChoice map = MapChoice::kNone;
 };
 

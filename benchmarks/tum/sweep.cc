@@ -55,11 +55,12 @@ std::optional<RunRecord> KeptRun(const SweepPlan& plan, const RunKey& key) {
   if (!std::filesystem::exists(file)) return std::nullopt;
   RunRecord record = ReadRecord(file);
   const RunKey& kept = record.key;
-  if (kept.setting.switches != key.setting.switches || kept.lockstep != key.lockstep ||
+  if (kept.setting.switches != key.setting.switches || kept.synchronous != key.synchronous ||
       kept.setting.map != key.setting.map) {
-    throw IoError(file, fmt::format("is of '{}'{}, map: {}; remove it or choose another --out",
-                                    kept.setting.switches, kept.lockstep ? " in lockstep" : "",
-                                    ToString(kept.setting.map)));
+    throw IoError(file,
+                  fmt::format("is of '{}'{}, map: {}; remove it or choose another --out",
+                              kept.setting.switches, kept.synchronous ? " in synchronous mode" : "",
+                              ToString(kept.setting.map)));
   }
   return record;
 }
@@ -98,7 +99,7 @@ std::vector<RunRecord> RunSweep(const SweepPlan& plan, const GroupCallback& on_g
         for (int run = 1; run <= plan.runs; ++run) {
           if (count++ % plan.shard.count != plan.shard.number - 1) continue;
           std::optional<RunRecord> record =
-              RunOrRead(plan, source, {source.name, source.seed, setting, run, plan.lockstep});
+              RunOrRead(plan, source, {source.name, source.seed, setting, run, plan.synchronous});
           if (record) group.push_back(*std::move(record));
         }
       }

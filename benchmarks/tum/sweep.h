@@ -28,7 +28,7 @@ struct SweepPlan {
   int seeds = 1;                        // >= 1
   std::vector<NamedSetting> settings;
   int runs = 5;  // of each, >= 1
-  bool lockstep = false;
+  bool synchronous = false;
   std::filesystem::path out;  // folder for the runs; empty: they are not kept
   Shard shard;
   std::function<bool()> stop{};  // called between frames: true ends the sweep; empty: never

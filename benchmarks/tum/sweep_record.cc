@@ -68,7 +68,7 @@ void WriteRecord(const std::filesystem::path& sweep, const RunRecord& record) {
                             {"switches", record.key.setting.switches},
                             {"map", ToString(record.key.setting.map)},
                             {"run", record.key.run},
-                            {"lockstep", record.key.lockstep},
+                            {"lockstep", record.key.synchronous},
                             {"versions", apps::VersionsJson()},
                             {"figures", record.figures},
                             {"loss_reasons", record.loss_reasons}};
@@ -89,7 +89,7 @@ RunRecord ReadRecord(const std::filesystem::path& file) {
     record.key.setting.switches = apps::StringIn(json.at("switches"));
     record.key.setting.map = MapChoiceOf(json.at("map"));
     json.at("run").get_to(record.key.run);
-    json.at("lockstep").get_to(record.key.lockstep);
+    json.at("lockstep").get_to(record.key.synchronous);
     json.at("figures").get_to(record.figures);
     json.at("loss_reasons").get_to(record.loss_reasons);
   } catch (const nlohmann::json::exception& error) {

@@ -28,7 +28,7 @@ struct RunKey {
   int seed = 0;          // of a generated sequence; 0: a recording
   NamedSetting setting;
   int run = 1;  // counted from 1
-  bool lockstep = false;
+  bool synchronous = false;
 };
 
 struct RunRecord {

@@ -114,9 +114,9 @@ void AddCounts(const apps::SlamRun& run, Scores* figures) {
 std::optional<RunRecord> RunOnce(const std::filesystem::path& dataset, const RunKey& key,
                                  const std::function<bool()>& stop) {
   ForgetPeakMemory();
-  if (key.lockstep) cv::setNumThreads(1);  // as `highwall slam --deterministic`
+  if (key.synchronous) cv::setNumThreads(1);  // as `highwall slam --deterministic`
   const OwnSetting setting(key.setting.switches, dataset,
-                           {.lockstep = key.lockstep, .map = key.setting.map});
+                           {.synchronous = key.synchronous, .map = key.setting.map});
   OrbReference orb;
   apps::SlamRun run = setting.RunWhole(
       0, NameOf(key).string(), [&orb](const RgbdImage& image) { orb.Measure(image.bgr); }, stop);

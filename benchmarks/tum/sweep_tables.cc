@@ -190,7 +190,7 @@ std::string ToCsv(const std::vector<SweepRow>& rows) {
     for (const RunRecord& run : row.runs) {
       const RunKey& key = run.key;
       text += fmt::format("{},{},{},{},{:d},{}", Quoted(key.sequence), key.seed,
-                          Quoted(key.setting.name), Quoted(key.setting.switches), key.lockstep,
+                          Quoted(key.setting.name), Quoted(key.setting.switches), key.synchronous,
                           key.run);
       for (const std::string& name : figures) {
         const auto figure = run.figures.find(name);

@@ -116,7 +116,7 @@ std::string FaultOf(const ceres::CostFunction& factor, std::span<const double* c
   } catch (const std::exception& error) {
     return std::string("throws: ") + error.what();
   } catch (...) {
-    return "throws what is no std::exception";
+    return "throws an object that is no std::exception";
   }
   if (!AreSmall(residuals, rows)) return "has a residual " + FaultOf(residuals, rows);
   for (std::size_t i = 0; i < sizes.size(); ++i) {

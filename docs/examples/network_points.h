@@ -43,7 +43,8 @@ class NetworkPoints final : public highwall::PointExtractor {
     kind_ = {.name = options.name,
              .descriptor = highwall::DescriptorType::kFloat,
              .columns = Forward(cv::Mat::zeros(64, 64, CV_8U)).descriptors.size[1],
-             // The network knows no scale: what it sees from half or twice as far is still alike.
+             // The network knows no scale: a point seen from half or twice the distance is still
+             // similar.
              .pyramid = {.levels = 1, .scale_factor = 2.0}};
   }
 

@@ -48,7 +48,7 @@ frames = recording(arguments.folder) if arguments.folder else moving_wall(sensor
 
 # %% [markdown]
 # ## SLAM
-# The dense map follows the system: keyframes without what moves, a map for each submap.
+# The dense map follows the system: keyframes without dynamic objects, one map for each submap.
 
 # %%
 slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))

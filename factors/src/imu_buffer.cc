@@ -63,17 +63,17 @@ const char* Advice(ImuSampleStatus status) {
     case ImuSampleStatus::kReordered:
       return "";
     case ImuSampleStatus::kDuplicate:
-      return "a reading with this stamp is there already: give each once";
+      return "a reading with this stamp exists already: pass each once";
     case ImuSampleStatus::kTooOld:
-      return "the reading comes after all around it was forgotten: give readings as they come";
+      return "the reading is older than the buffer: pass readings as they arrive";
     case ImuSampleStatus::kNotFinite:
-      return "the reading is NaN or infinite: leave it out";
+      return "the reading is NaN or infinite: skip it";
     case ImuSampleStatus::kImpossible:
-      return "no sensor measures such a value, nor is there such a stamp: check the units (rad/s, "
-             "m/s^2, ns)";
+      return "the value or the stamp is impossible for a sensor: check the units (rad/s, m/s^2, "
+             "ns)";
     case ImuSampleStatus::kJumped:
       return "the stamp is too far from those before: check the sensor's clock and the unit (ns); "
-             "go on with the next reading, a clock that has moved for good is followed";
+             "continue with the next reading, a permanent shift of the clock is followed";
   }
   return "";
 }

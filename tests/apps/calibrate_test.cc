@@ -156,7 +156,7 @@ TEST(CalibrateCommand, IntrinsicsThatWereNotSeenStayAsTheyAreKnown) {
     if (report["seen"][i]) continue;
     ++unseen;
     EXPECT_EQ(after[i], before[i]) << i;
-    EXPECT_NE(report["fx_fy_cx_cy"][i], before[i]) << "what was found is told all the same";
+    EXPECT_NE(report["fx_fy_cx_cy"][i], before[i]) << "the estimate is reported all the same";
   }
   EXPECT_GE(unseen, 1) << report;
 }

@@ -95,7 +95,7 @@ TEST_F(ReportCommand, SlamWritesThePageOfItsRun) {
   EXPECT_GT(run["scene"]["cloud"]["count"], 1000);
   EXPECT_GT(run["scene"]["octree"]["count"], 100);
   EXPECT_EQ(run["pictures"].size(), 5u);
-  EXPECT_FALSE(run["run"].contains("per_frame")) << "told once, in its curves";
+  EXPECT_FALSE(run["run"].contains("per_frame")) << "it is shown once, in its curves";
   const json eval =
       json::parse(Highwall("eval ape dataset/groundtruth.txt both/trajectory.txt --json").out);
   EXPECT_EQ(run["errors"]["ape"]["rmse"], eval["stats"]["rmse"]);
@@ -149,7 +149,7 @@ TEST_F(ReportCommand, ABrowserDrawsThePage) {
   }
   for (const char* section : {"imu", "losses", "maps"}) {
     EXPECT_FALSE(Contains(browser.out, "<section id=\"" + std::string(section) + "\""))
-        << section << ": there was none, or nothing to tell";
+        << section << ": there was none, or nothing to report";
   }
   if (!apps::HasView3d()) {
     EXPECT_EQ(Attribute(browser.out, "data-view"), "absent");
@@ -225,7 +225,7 @@ TEST_F(ReportCommand, ABrowserDrawsTwoRunsSideBySide) {
   ASSERT_EQ(Highwall("report points both --out two.html").exit_code, 0);
   const Outcome browser = Browse("two.html");
   ExpectDrawn(browser);
-  EXPECT_TRUE(Contains(browser.out, "option lines")) << "what they were told differs";
+  EXPECT_TRUE(Contains(browser.out, "option lines")) << "their options differ";
   // Lines appear once among the stages: in the run that detected them.
   const std::string bars = "text-anchor=\"end\">lines</text>";
   EXPECT_EQ(browser.out.find(bars), browser.out.rfind(bars));

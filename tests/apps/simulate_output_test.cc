@@ -216,7 +216,7 @@ TEST(WriteTum, CalibrationIsThatOfTheDataSheetsWhateverTheTruth) {
       "depth/" + FormatStamp(SimulateRoom(SmallOptions()).StampOf(0)) + ".png";
   EXPECT_NE(text(1.0, depth.c_str()), text(2.0, depth.c_str()));
   const SimulationOptions usual;
-  EXPECT_GT(usual.sensor.noise_ratio, 1.0) << "nobody is told the truth";
+  EXPECT_GT(usual.sensor.noise_ratio, 1.0) << "the files do not state the truth";
   EXPECT_GT(usual.imu.noise_ratio, 1.0);
 }
 
@@ -411,7 +411,7 @@ TEST(SimulateCommand, WritesTheErrorsOfTheCameraOnRequest) {
   };
   const std::string silent = calibration("silent", "");
   EXPECT_EQ(silent.find("readout"), std::string::npos);
-  EXPECT_EQ(calibration("told", " --write-errors"),
+  EXPECT_EQ(calibration("stated", " --write-errors"),
             silent +
                 "colour:\n  readout: 0.03\ndepth:\n  delay: 0.02\n  readout: 0.025\n"
                 "  inverse_offset: -0.0065359477124183\n");
@@ -421,7 +421,7 @@ TEST(SimulateCommand, WritesTheErrorsOfTheCameraOnRequest) {
   EXPECT_LT((pattern.nodes - simulate::SensorOptions{.depth_pattern = 0.03}.Pattern().nodes).norm(),
             1e-12);
   for (const char* list : {"rgb.txt", "groundtruth.txt", "imu.csv"}) {
-    EXPECT_EQ(ReadText(folder.path() / "silent" / list), ReadText(folder.path() / "told" / list));
+    EXPECT_EQ(ReadText(folder.path() / "silent" / list), ReadText(folder.path() / "stated" / list));
   }
 }
 

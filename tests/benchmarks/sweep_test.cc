@@ -53,7 +53,7 @@ TEST(SweepRecord, ComesBackAsItWasWritten) {
   EXPECT_EQ(read.key.setting.switches, "--features both");
   EXPECT_EQ(read.key.setting.map, MapChoice::kDefault);
   EXPECT_EQ(read.key.run, 3);
-  EXPECT_TRUE(read.key.lockstep);
+  EXPECT_TRUE(read.key.synchronous);
   EXPECT_EQ(read.figures, record.figures);
   EXPECT_EQ(read.loss_reasons, record.loss_reasons);
   ASSERT_EQ(read.trajectory.size(), 2U);

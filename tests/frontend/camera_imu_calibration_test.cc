@@ -177,7 +177,7 @@ TEST(CameraImuCalibration, NamesTheMissingRotations) {
   }
   try {
     Calibrate(recording);
-    FAIL() << "one axis does not tell the others apart";
+    FAIL() << "one axis does not distinguish the others";
   } catch (const InvalidArgument& error) {
     EXPECT_NE(std::string(error.what()).find("about all three"), std::string::npos);
   }

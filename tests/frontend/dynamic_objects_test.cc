@@ -330,7 +330,8 @@ TEST_F(DynamicObjectsTest, FollowsObjectsThatMovedInTheFrameBefore) {
   ASSERT_FALSE(mask.empty());
   EXPECT_EQ(cv::countNonZero((mask == 254) != (depth < 2.0)), 0);
   EXPECT_TRUE(moving.Find(700'000'000, depth, Pose(), map, kFirstSubmap).empty()) << "too long ago";
-  EXPECT_TRUE(moving.Find(50'000'000, depth, Pose(), map, kFirstSubmap).empty()) << "in hindsight";
+  EXPECT_TRUE(moving.Find(50'000'000, depth, Pose(), map, kFirstSubmap).empty())
+      << "from the later images";
 }
 
 TEST_F(DynamicObjectsTest, FindsNothingWhenTurnedOff) {

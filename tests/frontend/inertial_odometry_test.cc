@@ -127,7 +127,7 @@ TEST(InertialOdometry, StopsAfterTooLongWithoutImages) {
   EXPECT_FALSE(drive.odometry.T_WC());
   EXPECT_FALSE(drive.prediction);
   drive.Until(4.6);
-  EXPECT_EQ(drive.odometry.status(), InertialStatus::kWaiting) << "one pose tells no velocity";
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kWaiting) << "one pose gives no velocity";
   EXPECT_FALSE(drive.reports.back().reason.empty());
   drive.Until(4.7);
   EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning) << "two images on";

@@ -232,7 +232,7 @@ TEST(InertialWindow, ExtrinsicsAreConsistentOverFiftySeeds) {
   const auto bound = [&](double n) { return 4.0 * std::sqrt(2.0 * n / kRuns); };
   EXPECT_NEAR(body / kRuns, 15.0, bound(15.0));
   EXPECT_NEAR(extrinsics / kRuns, 6.0, bound(6.0));
-  EXPECT_LT(known, 0.005) << "half of what was known beforehand";
+  EXPECT_LT(known, 0.005) << "half of the prior";
 }
 
 TEST(PredictCamera, CountsTheUncertaintyOfTheExtrinsicsOnce) {

@@ -97,7 +97,7 @@ TEST(MergeMaps, TwoSessionsOfOnePlaceBecomeOneMapInTheWorldOfTheFirst) {
   EXPECT_LT(merged.map.num_points(), points - 300) << "what both have seen is one";
   EXPECT_LT(WorstSeam(merged, 0, 1, 10), kAtTheSeam) << "one place is one";
   EXPECT_LT(WorstError(merged, 0, monday, kMonday), kDrift);
-  EXPECT_LT(WorstError(merged, 1, tuesday, kMonday), kDrift) << "of what its world has moved by";
+  EXPECT_LT(WorstError(merged, 1, tuesday, kMonday), kDrift) << "of the correction of its world";
 }
 
 TEST(MergeMaps, SessionsOfTwoPlacesStayApartAndWhereTheyAre) {
@@ -201,7 +201,7 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
     EXPECT_EQ(a.descriptor, b.descriptor);
     EXPECT_EQ(a.observations.size(), b.observations.size());
     EXPECT_EQ(b.id, same.points[f]);
-    EXPECT_EQ(b.patch, nullptr) << "tells of a keyframe that has another number here";
+    EXPECT_EQ(b.patch, nullptr) << "it names a keyframe that has another number here";
   }
   EXPECT_EQ(map.index().size(), map.num_keyframes());
 }

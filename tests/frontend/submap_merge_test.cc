@@ -88,7 +88,7 @@ TEST(SubmapMerge, APlaceThatHasMostlyChangedIsNotMerged) {
   careful.detector.min_match_ratio_across_submaps = 1.0;
   const Walked walked = Walk(scene, careful);
   EXPECT_EQ(walked.merged_at, -1);
-  EXPECT_GT(walked.refused, 0) << "and it is told why";
+  EXPECT_GT(walked.refused, 0) << "and the reason is reported";
 }
 
 // A merge on another thread, while the submap that moves grows: new keyframes and landmarks move

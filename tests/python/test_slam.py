@@ -207,7 +207,7 @@ def test_row_times_and_noise_are_estimated_online(sensor):
         slam.track(*image)
     slam.finish()
     timing = slam.sensor().timing
-    # A wall that passes at one speed tells little of it: what was known stays, to what is not known.
+    # A wall that passes at one speed reveals little of the read-out: it stays near its prior.
     assert abs(timing.value.colour_readout - 0.02) <= 3 * timing.sigma.colour_readout > 0
     noise = slam.sensor().noise
     # Depth is without error here: better than was known, down to what views share (docs/noise.md).

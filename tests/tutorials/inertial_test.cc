@@ -209,7 +209,7 @@ TEST_F(InertialTutorial, SaysWhereReadingsAreMissing) {
   Read(trajectory, 0.0, 0.15);
   EXPECT_TRUE(trajectory.AddImage(0, See(0.0)));
   EXPECT_FALSE(trajectory.AddImage(FromSeconds(0.2), See(0.2)));
-  EXPECT_TRUE(trajectory.AddImage(FromSeconds(0.1), See(0.1))) << "and goes on";
+  EXPECT_TRUE(trajectory.AddImage(FromSeconds(0.1), See(0.1))) << "and continues";
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ const Highwall = {};
       return stops[i].map((c, k) => Math.round(c + (at - i) * (stops[i + 1][k] - c)));
     };
   }
-  // Read alike with every kind of colour vision; they grow lighter evenly.
+  // Both are legible with every kind of colour vision and grow lighter evenly.
   Highwall.viridis = scale("4401544828783e4a8931688e26828e1f9e8935b7796ece58b5de2bfde725");
   Highwall.cividis = scale("00224e1235703b496c575d6d7071738a8678a59c74c3b369e1cc55fee838");
   Highwall.css = (rgb) => "rgb(" + rgb.join(",") + ")";
@@ -60,8 +60,8 @@ const Highwall = {};
     return bytes.buffer;
   };
 
-  // What turns positions so that `up` (a unit vector) points along z, by the shortest way: how a map
-  // lies, where the camera did not begin level.
+  // Returns the smallest rotation that makes `up` (a unit vector) point along z: the attitude of a map
+  // whose camera did not begin level.
   Highwall.levelling = function (up) {
     if (!up || up[2] < -0.9) return { quaternion: [0, 0, 0, 1], apply: (p) => p };
     const [x, y, w] = [up[1], -up[0], 1 + up[2]], length = Math.hypot(x, y, w);
@@ -73,7 +73,7 @@ const Highwall = {};
     return { quaternion: [a, b, 0, c], apply };
   };
 
-  // Smallest and largest of what is a number.
+  // Returns the smallest and the largest of the numbers.
   Highwall.extent = function (values, range = [Infinity, -Infinity]) {
     for (const value of values) {
       if (typeof value !== "number" || !isFinite(value)) continue;

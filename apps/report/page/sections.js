@@ -96,8 +96,8 @@
   })));
 
   add("maps", "Maps and merges", "Where tracking is lost for longer than the lost timeout, a new map begins; maps that meet are merged.", (runs) => {
-    const told = (run) => run.maps.length > 1 || run.lost.length > 0 || get(run, "run/loops/merges") > 0 || get(run, "run/relocalizations") > 0;
-    if (!runs.some(told)) return null;
+    const isReported = (run) => run.maps.length > 1 || run.lost.length > 0 || get(run, "run/loops/merges") > 0 || get(run, "run/relocalizations") > 0;
+    if (!runs.some(isReported)) return null;
     const xRange = timeRange(runs);
     const results = (run) => [["loops that joined maps", get(run, "run/loops/merges")], ["relocalizations", get(run, "run/relocalizations")]].filter(([, v]) => v !== undefined);
     return html("div", {}, runs.map((run) => html("div", { class: "card" }, runs.length > 1 ? html("h3", {}, run.name) : null,
@@ -170,7 +170,7 @@
     });
   });
 
-  // What is known to less than a fifth of what is taken for it beforehand is seen.
+  // A row time is observed if its sigma is below a fifth of that of its prior.
   const kSeenRowTime = 0.003;  // [s]
   const kLearnt = {
     point_px_by_level: "pixels of points, level by level of the pyramid",

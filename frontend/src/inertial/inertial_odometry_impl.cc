@@ -43,7 +43,7 @@ constexpr double kStationarySpeed = 0.03, kRestChi2 = 16.27;
 
 constexpr double kNeighbours = 0.2;  // [s] maximum distance of two images that give a velocity
 
-constexpr const char* kNoStart = "what is known of the motion does not make a start";
+constexpr const char* kNoStart = "the motion so far does not determine an initial state";
 
 // Returns the shortest rotation that takes `up` to z.
 Eigen::Quaterniond Upright(const Eigen::Vector3d& up) {
@@ -439,7 +439,7 @@ void InertialOdometry::Impl::Resume(const Observation& observation, InertialRepo
   }
   if (!observation.visual || !last_visual_ ||
       ToSeconds(observation.image - last_visual_->stamp) > kNeighbours) {
-    report.reason = "two images in a row must tell their pose";
+    report.reason = "two consecutive images must give a pose";
     return;
   }
   const double step = ToSeconds(observation.image - last_visual_->stamp);

@@ -74,12 +74,12 @@ bool EvaluatesTo(const ceres::CostFunction& cost, std::span<const double* const>
   }
 }
 
-// Returns residuals in groups of the same kind: of one frame and one dimension; in the order of
-// their addition to the map.
+// Returns the residuals in groups of one frame and one dimension, each in the order in which the
+// factors were added to the map.
 std::vector<Residuals> ResidualsOf(const PoseGraph& graph) {
   std::unordered_map<std::int64_t, const double*> poses;
   for (const PoseGraphNode& node : graph.nodes) poses.emplace(node.id, node.pose.data());
-  std::map<std::pair<std::int64_t, int>, Residuals> alike;
+  std::map<std::pair<std::int64_t, int>, Residuals> groups;
   for (const PoseGraphFactor& factor : graph.factors) {
     std::vector<const double*> blocks;
     for (const std::int64_t node : factor.nodes) blocks.push_back(poses.at(node));
@@ -87,10 +87,10 @@ std::vector<Residuals> ResidualsOf(const PoseGraph& graph) {
     Eigen::VectorXd r(size);
     if (!EvaluatesTo(*factor.cost, blocks, &r)) r.setConstant(HUGE_VAL);
     // A frame is the last node; factors without one form groups of their own.
-    alike[{factor.nodes.back(), size}].push_back(std::move(r));
+    groups[{factor.nodes.back(), size}].push_back(std::move(r));
   }
   std::vector<Residuals> all;
-  for (auto& [what, residuals] : alike) all.push_back(std::move(residuals));
+  for (auto& [key, residuals] : groups) all.push_back(std::move(residuals));
   return all;
 }
 

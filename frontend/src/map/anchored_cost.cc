@@ -80,7 +80,7 @@ void AnchoredCost::Chain(const Body& body, const double* T_WX, const double* T_W
 
 std::vector<const MapFactor*> FactorsIn(const Map& map, SubmapId submap) {
   const SubmapId root = map.Root(submap), first = map.Root(kFirstSubmap);
-  const auto tells = [&](const MapFactor& factor) {
+  const auto is_effective = [&](const MapFactor& factor) {
     if (factor.frame != kNoId) return map.factors().T_FW(factor.frame, root).has_value();
     return factor.poses.size() > 1 || root == first;
   };
@@ -89,7 +89,7 @@ std::vector<const MapFactor*> FactorsIn(const Map& map, SubmapId submap) {
     const bool inside = std::ranges::all_of(factor.poses, [&](const AnchoredBodyPose& pose) {
       return map.Root(map.keyframe(pose.keyframe)->submap) == root;
     });
-    if (inside && tells(factor)) factors.push_back(&factor);
+    if (inside && is_effective(factor)) factors.push_back(&factor);
   }
   return factors;
 }

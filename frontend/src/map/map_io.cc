@@ -337,7 +337,7 @@ void ReadLandmark(MapReader& reader, Landmark& landmark, const Map& map, const S
     reader.Require(keyframe != nullptr && o.index >= 0 &&
                        static_cast<std::size_t>(o.index) < slots(*keyframe) &&
                        observe(o, landmark.id),
-                   "a landmark is seen by what is not there, or twice");
+                   "an observation of a landmark has no keyframe or occurs twice");
   }
 }
 

@@ -102,8 +102,8 @@ void SlamSystem::Impl::RequireNext(Stamp stamp) {
   jumped_ = stamp;
   throw InvalidArgument("SlamSystem::Track: stamp " + FormatStamp(stamp) +
                         " is more than a day after " + FormatStamp(*last_stamp_) +
-                        ": leave the frame out if its clock is wrong, and go on with the next; if "
-                        "the camera did pause, give it once more");
+                        ": skip the frame and continue with the next if its clock is wrong; if the "
+                        "camera did pause, pass the frame again");
 }
 
 FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
