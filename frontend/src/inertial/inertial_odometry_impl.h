@@ -48,13 +48,15 @@ class InertialOdometry::Impl {
   // with the accelerometer's sign reversed.
   InitializationReport SolveWithSign(const VisualPose& visual, InertialReport& report) const;
   void Advance(const Observation& observation, InertialReport& report);
-  // Starts both smoothers; false if the prior cannot be used.
+  // Starts both smoothers; returns false if the prior cannot be used.
   bool Start(const InertialPrior& prior);
   void StartTight(const InertialPrior& prior);
   InertialWindow MakeLoose(const InertialPrior& prior) const;
-  // Adds the image to the tightly coupled smoother as well. step: that of the loosely coupled one.
+  // Adds the image to the tightly coupled smoother as well. step: the input of the loosely coupled
+  // one.
   void Couple(const Observation& observation, const InertialWindow::Step& step);
-  // Restarts the loosely coupled smoother from the result of the tight one, if any. report: output.
+  // Restarts the loosely coupled smoother from the result of the tightly coupled one, if there is
+  // one. report: output.
   void TakeOver(InertialReport* report);
   // Returns a loosely coupled smoother started there, with the images since; empty on failure.
   std::optional<InertialWindow> Follow(const TightCoupling::Result& result) const;

@@ -29,13 +29,13 @@ namespace highwall {
 
 // Tightly coupled smoother (docs/inertial_odometry.md): point, line and IMU residuals in one
 // optimization, in a frame V that no correction of the map moves. A state is pose, velocity, bias
-// and T_VW, the current pose of the map's world W: the errors of the map vary along the way.
+// and T_VW, the current pose of the map's world W: the errors of the map vary along the path.
 // Gravity's direction and the time offset are estimated as well, and so is T_BC if it is an unknown
 // of the prior.
 //
 // Landmarks are constrained by the observations of the map's keyframes, and are marginalized with
 // the oldest state that observes them, together with all their observations: no observation of an
-// image is counted twice. Those of keyframes are, each time that a landmark is added.
+// image is counted twice. Those of keyframes are counted each time that a landmark is added.
 class VisualInertialWindow {
  public:
   // model: of the camera; its T_BC is not used. Throws InvalidArgument if the prior cannot be used.

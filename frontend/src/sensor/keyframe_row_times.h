@@ -29,8 +29,8 @@ class KeyframeRowTimes {
   // Moves the features of these keyframes if the change of the timing or of their motion is
   // significant, and the landmarks made of them by the share that these keyframes have in them. A
   // change within the estimate's own sigma moves nothing. The poses are left to the adjustment that
-  // follows: keyframes that none is about to adjust must not be passed, as their features and
-  // landmarks are consistent as they are.
+  // follows: keyframes that no adjustment is about to move must not be passed, because their
+  // features and landmarks are already consistent.
   void Compensate(const FrameTimingEstimate& timing, std::span<const KeyFrameId> keyframes,
                   Map* map);
 

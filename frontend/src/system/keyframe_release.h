@@ -20,9 +20,9 @@ inline constexpr double kReleaseDelay = 2.0;
 KeyframePlace PlaceOf(const KeyFrame& keyframe, const Map& map);
 std::map<std::int64_t, KeyframePlace> PlacesOf(const Map& map);
 
-// Collects what the next KeyframeEvent holds, until it has been emitted: what a callback throws
-// loses nothing. Keyframes are added after a delay, when the following frames have revealed their
-// dynamic objects.
+// Collects the contents of the next KeyframeEvent until it has been emitted, so that an exception
+// of a callback loses nothing. Keyframes are added after a delay, when the following frames have
+// revealed their dynamic objects.
 class KeyframeRelease {
  public:
   // wait: [s] >= 0.
@@ -31,19 +31,19 @@ class KeyframeRelease {
   // Adds a keyframe to the queue, in the order of time. image: with corrected depth; its pixels are
   // copied, since the caller may overwrite them. dynamic: current dynamic mask, may be empty.
   void Add(KeyFrameId id, const RgbdImage& image, const cv::Mat& dynamic);
-  // A keyframe has left the map.
+  // Records that a keyframe has left the map.
   void Remove(KeyFrameId id);
-  // Keyframes have moved.
+  // Records that keyframes have moved.
   void Move() { moved_ = true; }
 
   // Returns the dynamic mask of an active keyframe by all frames so far; may be empty.
   using MaskOf = std::function<cv::Mat(KeyFrameId)>;
-  // Returns what has changed, and the keyframes that have waited long enough at `now`, with their
+  // Returns the changes, and the keyframes that have waited long enough at `now`, with their
   // current places.
   KeyframeEvent Event(Stamp now, const Map& map, const MaskOf& mask) const;
-  // Returns the same with all keyframes that wait, and with all places.
+  // Returns the same with all waiting keyframes and with all places.
   KeyframeEvent LastEvent(const Map& map, const MaskOf& mask) const;
-  // Drops what these have returned.
+  // Drops the changes that these two functions have returned.
   void SetEmitted(Stamp now);
   void SetLastEmitted();
 

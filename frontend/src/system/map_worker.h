@@ -31,7 +31,7 @@ class MapWorker {
   // Discards the work of the other stages on worlds.
   void Preempt(const MapStage& by);
   // Discards the work on the world of the submap, which is changed by none of the stages; all
-  // forget what they have learnt about positions.
+  // stages drop their stored positions.
   void Drop(const Map& map, SubmapId submap);
 
   // Completes the local adjustment in progress, then calls edit(). Returns the report of the

@@ -29,7 +29,7 @@
 
 namespace highwall {
 
-// Whether any of the loops moved keyframes.
+// Returns whether any of the loops moved keyframes.
 bool MoveKeyframes(const std::vector<LoopReport>& loops);
 
 // Implementation of SlamSystem, one stage after the other; its public functions are documented
@@ -88,7 +88,7 @@ class SlamSystem::Impl {
   // lost timeout.
   bool CanBegin(const TrackedFrame& tracked) const;
   void BeginSubmap(TrackedFrame& tracked, FrameResult& result);
-  // Drops the submap, which is being left, if it is not worth keeping.
+  // Drops the submap that is being left if it is too young to be kept.
   void LeaveSubmap(FrameResult& result);
   void Report(const TrackedFrame& tracked, FrameResult& result);
   // Applies refined poses of earlier frames and starts the refinement of more.
@@ -115,7 +115,7 @@ class SlamSystem::Impl {
   // Changes the map and transforms tracker and odometry by the motion of the reference keyframe.
   template <class Change>
   Pose WithTracker(const Change& change);
-  // Edits a world by the result of a stage, after the local adjustment in progress.
+  // Edits a world by the result of a stage, after the local adjustment in progress is complete.
   template <class Change>
   void EditWorld(FrameResult& result, const Change& change);
   // Applies the results of local adjustments and loops.

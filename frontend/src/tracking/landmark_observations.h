@@ -16,7 +16,7 @@
 
 namespace highwall {
 
-// Features that have a landmark.
+// Returns for each feature whether it has a landmark.
 template <class LandmarkId>
 std::vector<bool> Taken(const std::vector<LandmarkId>& landmarks) {
   std::vector<bool> taken(landmarks.size());

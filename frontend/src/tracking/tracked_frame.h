@@ -26,7 +26,7 @@ struct TrackedFrame {
   SubmapId submap = kFirstSubmap;  // that a keyframe made of it joins
   std::vector<PointId> points;     // per point feature, kNoId where unmatched; inliers only
   std::vector<LineId> lines;       // per line feature
-  // The same before outlier rejection.
+  // Landmarks per feature before outlier rejection.
   std::vector<PointId> tried_points;
   std::vector<LineId> tried_lines;
   // Dynamic mask (DynamicObjects::Find); empty without dynamic objects. Masked features have been

@@ -9,7 +9,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
 
-// Images are OpenCV's, which core itself does not need.
+// Images are those of OpenCV, which core itself does not need.
 namespace cv {
 class Mat;
 }

@@ -65,7 +65,7 @@ enum class ImuSampleStatus {
   kImpossible,  // beyond the range of any sensor, or a stamp beyond kMaxStamp: dropped
   kJumped,      // its stamp is too far from the previous ones (ImuBuffer::Add): dropped
 };
-// Returns "added", "reordered" and so on.
+// Returns "added", "reordered", "duplicate" and so on.
 const char* ToString(ImuSampleStatus status);
 // Returns why a reading was dropped and how to correct it; empty if it was not dropped.
 const char* Advice(ImuSampleStatus status);

@@ -87,7 +87,7 @@ struct PointFeature {
   double depth_sigma = 0.0;                         // [m] standard deviation of depth, > 0 with it
   int octave = 0;                                   // pyramid level
   float angle = 0.0f;                               // [deg] orientation, [0, 360]; negative: none
-  // below FeatureType::low_contrast_response: may be mere noise
+  // response below FeatureType::low_contrast_response: the corner may be mere noise
   bool low_contrast = false;
   // position aligned with the first appearance of the landmark instead of detected
   bool refined = false;

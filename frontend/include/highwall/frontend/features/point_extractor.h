@@ -29,7 +29,7 @@ enum class DescriptorType {
 // Properties of the points of an extractor: all that the system needs besides the points
 // themselves.
 struct FeatureType {
-  // of the kind of descriptor: only those of the same name are comparable
+  // name of the kind of descriptor: only descriptors of the same name are comparable
   std::string name = "orb";
   DescriptorType descriptor = DescriptorType::kBinary;
   int columns = 32;  // of a descriptor, > 0

@@ -190,9 +190,9 @@ class Map {
   const std::optional<Eigen::Vector3d>& gravity_W(SubmapId submap = kFirstSubmap) const;
   void SetGravity(const std::optional<Eigen::Vector3d>& gravity_W, SubmapId submap = kFirstSubmap);
 
-  // The kind of its points: only points of one kind are comparable. Default ORB unless set.
+  // Feature type of its points; only points of one type are comparable. ORB unless it was set.
   const FeatureType& feature_type() const { return feature_type_; }
-  // Whether it was set: a map file before version 4 does not say, and may have another pyramid.
+  // Whether it was set: map files before version 4 do not store it, and may have another pyramid.
   bool knows_feature_type() const { return knows_feature_type_; }
   void SetFeatureType(FeatureType kind) {
     feature_type_ = std::move(kind);

@@ -85,7 +85,7 @@ class IdTable {
   }
 
   std::size_t size() const { return values_.size(); }
-  // Above every id that was issued.
+  // Returns an upper bound (exclusive) of the ids issued so far.
   KeyType end_id() const { return end_; }
   // Ids in use, ascending.
   std::vector<KeyType> ids() const {

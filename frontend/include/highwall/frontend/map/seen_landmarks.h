@@ -28,7 +28,7 @@ struct SeenPoint {
   const PointFeature* feature = nullptr;
   std::vector<MapView<PointFeature>> views;
 };
-// The same of a line.
+// A line observed by an image, and its observations by the latest keyframes of the map.
 struct SeenLine {
   LineId id = kNoId;
   Segment3 segment_W;
@@ -44,7 +44,8 @@ struct SeenLandmarks {
   double error = 1.0;  // |r|^2 per degree of freedom over all observations at the pose of the image
 };
 
-// Returns the landmarks that an image observes. points, lines: those of the features, kNoId if unmatched; as in TrackedFrame.
+// Returns the landmarks that an image observes. points, lines: those of the features, kNoId if
+// unmatched; as in TrackedFrame.
 SeenLandmarks FindSeen(const Map& map, const std::shared_ptr<const FrameFeatures>& features,
                        std::span<const PointId> points, std::span<const LineId> lines,
                        double error);

@@ -229,15 +229,15 @@ class SlamSystem {
   // depth correction and dynamic objects. image: as it was given to Track(). Empty if there is no
   // such keyframe. Throws as CorrectedDepth().
   std::optional<KeyframeView> keyframe_view(KeyFrameId keyframe, const RgbdImage& image) const;
-  // Returns the places of all keyframes and, if on_keyframes is set, what it has not been given
-  // yet.
+  // Returns the places of all keyframes and, if on_keyframes is set, the changes that it has not
+  // received yet.
   KeyframeEvent waiting_keyframes() const;
 
   // Waits for the running adjustment and loop closure, if any, applies both to the map, and then
   // new user factors; refines the poses of the last frames.
   std::vector<LoopReport> Finish();
-  // After Finish(): runs one more adjustment of all keyframes and landmarks together. Frames
-  // follow. Throws InvalidArgument if the system only localizes.
+  // After Finish(): runs one more adjustment of all keyframes and landmarks together. The poses of
+  // frames follow their keyframes. Throws InvalidArgument if the system only localizes.
   BundleAdjustmentReport AdjustAll();
 
   // T_WC of every tracked frame after all adjustments so far: a frame keeps its pose relative to
