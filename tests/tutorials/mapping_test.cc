@@ -11,7 +11,7 @@
 // Waits for the next pair of images; empty when the camera has been switched off.
 using Camera = std::function<std::optional<highwall::RgbdImage>()>;
 
-// Cloud, octree and grid of what the camera sees, by submap.
+// Cloud, octree and grid of the visible scene, by submap.
 inline std::map<std::int32_t, highwall::DenseMap> Survey(const highwall::RgbdSensor& sensor,
                                                          const Camera& camera) {
   using namespace highwall;

@@ -133,7 +133,7 @@
     return { box, points: path.concat(some.filter((p) => box.containsPoint(new THREE.Vector3(...p)))) };
   }
 
-  // [m] Small enough to tell keyframes apart.
+  // [m] Small enough to distinguish keyframes.
   function frustumLength(run) {
     const places = (run.graph.keyframes || []).map((k) => new THREE.Vector3(...k.position));
     const steps = places.slice(1).map((p, i) => p.distanceTo(places[i])).sort((a, b) => a - b);

@@ -220,8 +220,8 @@ class CameraGraph {
 
 std::vector<std::string> Advice(const CameraCalibration& found, bool intrinsics, bool pattern) {
   constexpr const char* kMotion[] = {
-      "fx was hardly seen: turn the camera left and right, by half of what it sees and more",
-      "fy was hardly seen: tilt the camera up and down, by half of what it sees and more",
+      "fx was hardly seen: turn the camera left and right, by at least half of its field of view",
+      "fy was hardly seen: tilt the camera up and down, by at least half of its field of view",
       "cx was hardly seen: roll the camera about its optical axis, to and fro by a quarter",
       "cy was hardly seen: roll the camera about its optical axis, to and fro by a quarter"};
   std::vector<std::string> advice;

@@ -142,10 +142,11 @@ bool VisualInertialWindow::Add(const Step& step, const std::stop_token& stop) {
 }
 
 std::vector<VariableId> VisualInertialWindow::QueriedVariables() const {
-  std::vector<VariableId> told = {last_.pose, last_.velocity, last_.bias, gravity_, time_offset_};
-  if (T_BC_) told.push_back(*T_BC_);
-  told.push_back(last_.T_VW);
-  return told;
+  std::vector<VariableId> queried = {last_.pose, last_.velocity, last_.bias, gravity_,
+                                     time_offset_};
+  if (T_BC_) queried.push_back(*T_BC_);
+  queried.push_back(last_.T_VW);
+  return queried;
 }
 
 // The variance is that of the image's own residuals, times a factor for their common part as in

@@ -50,7 +50,7 @@ class LoopCloser final : public MapStage {
   SubmapId submap() const override;
   // Returns whether a result is ready to be applied.
   bool HasResult() const;
-  // Applies the ready results to the map; between frames. MapEdit describes what moves.
+  // Applies the ready results to the map, between frames. MapEdit describes the changes.
   // Rethrows the exception that ended the work, once; nothing is applied then.
   std::vector<LoopReport> Update(Map* map);
   // Waits for the work to end and applies it. Throws as Update().
