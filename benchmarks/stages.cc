@@ -98,13 +98,13 @@ void PrintResult(std::int64_t frame, const FrameResult& result) {
 void PrintMap(std::int64_t frame, const Map& map) {
   Checksum poses, points, lines;
   for (const KeyFrameId id : map.keyframe_ids()) poses.Add(map.keyframe(id)->T_WC);
-  for (const PointId id : map.point_ids()) points.Add(map.point(id)->p_W);
-  for (const LineId id : map.line_ids()) {
-    lines.Add(map.line(id)->segment_W.p()), lines.Add(map.line(id)->segment_W.q());
+  for (const PointId id : map.ids<MapPoint>()) points.Add(map.Find(id)->p_W);
+  for (const LineId id : map.ids<MapLine>()) {
+    lines.Add(map.Find(id)->segment_W.p()), lines.Add(map.Find(id)->segment_W.q());
   }
   Print(frame, "keyframes", poses, map.num_keyframes());
-  Print(frame, "map_points", points, map.num_points());
-  Print(frame, "map_lines", lines, map.num_lines());
+  Print(frame, "map_points", points, map.num<MapPoint>());
+  Print(frame, "map_lines", lines, map.num<MapLine>());
 }
 
 void Run(const apps::SlamArguments& arguments) {

@@ -107,7 +107,7 @@ void PrintSummary(const MergedRuns& runs, const nlohmann::json& report, const st
   fmt::print("loops       {} closed, {} refused\n", loops["closed"].get<std::size_t>(),
              loops["refused"].get<std::size_t>());
   fmt::print("map         {} keyframes, {} points, {} lines\n", map.num_keyframes(),
-             map.num_points(), map.num_lines());
+             map.num<MapPoint>(), map.num<MapLine>());
   fmt::print("submaps     {}\n", runs.worlds.size() == 1
                                      ? "one: all is in one world"
                                      : fmt::format("{} that were not joined", runs.worlds.size()));

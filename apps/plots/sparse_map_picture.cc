@@ -104,12 +104,12 @@ SparseMap SurveyMap(const Map& map, SubmapId submap, const Trajectory& trajector
   const std::vector<KeyFrameId> seen_by = map.KeyFramesOf(submap);
   sparse.trajectory = trajectory;
   sparse.keyframes = keyframes;
-  for (const PointId id : PointsSeenBy(map, seen_by, {})) {
-    const MapPoint& point = *map.point(id);
+  for (const PointId id : map.SeenBy<MapPoint>(seen_by)) {
+    const MapPoint& point = *map.Find(id);
     if (point.observations.size() >= observers) sparse.points_W.push_back(point.p_W);
   }
-  for (const LineId id : LinesSeenBy(map, seen_by, {})) {
-    const MapLine& line = *map.line(id);
+  for (const LineId id : map.SeenBy<MapLine>(seen_by)) {
+    const MapLine& line = *map.Find(id);
     if (line.observations.size() >= observers) sparse.lines_W.push_back(line.segment_W);
   }
   return sparse;

@@ -274,19 +274,19 @@ using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using Rows6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
 
 Rows3 MapPoints(const SlamSystem& slam) {
-  const std::vector<PointId> ids = slam.map().point_ids();
+  const std::vector<PointId> ids = slam.map().ids<MapPoint>();
   Rows3 rows(static_cast<Eigen::Index>(ids.size()), 3);
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    rows.row(static_cast<Eigen::Index>(i)) = slam.map().point(ids[i])->p_W;
+    rows.row(static_cast<Eigen::Index>(i)) = slam.map().Find(ids[i])->p_W;
   }
   return rows;
 }
 
 Rows6 MapLines(const SlamSystem& slam) {
-  const std::vector<LineId> ids = slam.map().line_ids();
+  const std::vector<LineId> ids = slam.map().ids<MapLine>();
   Rows6 rows(static_cast<Eigen::Index>(ids.size()), 6);
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const Segment3& segment = slam.map().line(ids[i])->segment_W;
+    const Segment3& segment = slam.map().Find(ids[i])->segment_W;
     rows.row(static_cast<Eigen::Index>(i)) << segment.p().transpose(), segment.q().transpose();
   }
   return rows;

@@ -239,7 +239,7 @@ nlohmann::json ReportOf(const MergedRuns& runs) {
           {"submaps", WorldsJson(runs)},
           {"loops", LoopsJson(runs)},
           {"keyframes", map.num_keyframes()},
-          {"landmarks", {{"points", map.num_points()}, {"lines", map.num_lines()}}},
+          {"landmarks", {{"points", map.num<MapPoint>()}, {"lines", map.num<MapLine>()}}},
           {"depth_noise", ToJson(NoiseOf(runs.runs))},
           {"complete", true}};
 }

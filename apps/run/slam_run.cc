@@ -390,8 +390,8 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
       SurveyMap(slam.map(), drawn,
                 run->largest.adjusted.empty() ? run->largest.trajectory : run->largest.adjusted,
                 run->keyframes);
-  run->points = slam.map().num_points();
-  run->lines = slam.map().num_lines();
+  run->points = slam.map().num<MapPoint>();
+  run->lines = slam.map().num<MapLine>();
 }
 
 double PosedShare(const SlamRun& run, std::size_t images) {

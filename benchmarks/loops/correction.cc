@@ -43,8 +43,8 @@ Closed CloseLoop(int keyframes, unsigned seed) {
   if (closed.accepted) closed.corrected_s = reports[0].seconds;
   closed.rmse_after = scene.Rmse();
   closed.keyframes = scene.map.num_keyframes();
-  closed.points = scene.map.num_points();
-  closed.lines = scene.map.num_lines();
+  closed.points = scene.map.num<MapPoint>();
+  closed.lines = scene.map.num<MapLine>();
   return closed;
 }
 

@@ -60,13 +60,13 @@ nlohmann::json BenchEndurance(double minutes, bool imu) {
     if (pass == 1) first = memory;
     most = std::max(most, memory);
     fmt::print(stderr, "pass {:>3}: {:.1f} MiB, {} keyframes, {} points, {} lines, {} lost\n", pass,
-               memory, slam.map().num_keyframes(), slam.map().num_points(), slam.map().num_lines(),
-               lost);
+               memory, slam.map().num_keyframes(), slam.map().num<MapPoint>(),
+               slam.map().num<MapLine>(), lost);
     report["runs"].push_back({{"pass", pass},
                               {"memory_mib", memory},
                               {"keyframes", slam.map().num_keyframes()},
-                              {"points", slam.map().num_points()},
-                              {"lines", slam.map().num_lines()}});
+                              {"points", slam.map().num<MapPoint>()},
+                              {"lines", slam.map().num<MapLine>()}});
   }
   report["minutes"] = minutes;
   report["lost_frames"] = lost;

@@ -35,14 +35,14 @@ class Places {
     const FrameFeatures& features = *view.features;
     std::vector<PointId> points;
     for (const PointFeature& point : features.points) {
-      points.push_back(map_.AddPoint(sensor_.camera.Unproject(point.uv, point.depth), 0).id);
+      points.push_back(map_.Add<MapPoint>(sensor_.camera.Unproject(point.uv, point.depth), 0).id);
     }
     for (int k = 0; k < kOfAPlace; ++k) {
       Frame frame;
       frame.features = view.features;
       const KeyFrame& keyframe = map_.AddKeyFrame(frame, Pose());
       for (std::size_t i = 0; i < points.size(); ++i) {
-        map_.ObservePoint(keyframe.id, static_cast<int>(i), points[i]);
+        map_.Observe(keyframe.id, static_cast<int>(i), points[i]);
       }
       times_.Remember(keyframe, {{}, {.v = {0.5, -0.3, 0.2}, .omega = {0.6, 1.2, -0.4}}});
       ids_.push_back(keyframe.id);

@@ -47,10 +47,10 @@ class BundleAdjustment : public ::testing::Test {
       d << step(0.02), step(0.01);
       map.keyframe(id)->T_WC = map.keyframe(id)->T_WC.Plus(d);
     }
-    for (const PointId id : map.point_ids()) map.point(id)->p_W += step(0.02);
-    for (const LineId id : map.line_ids()) {
-      const Segment3& s = map.line(id)->segment_W;
-      map.line(id)->segment_W = Segment3(s.p() + step(0.01), s.q() + step(0.01));
+    for (const PointId id : map.ids<MapPoint>()) map.Find(id)->p_W += step(0.02);
+    for (const LineId id : map.ids<MapLine>()) {
+      const Segment3& s = map.Find(id)->segment_W;
+      map.Find(id)->segment_W = Segment3(s.p() + step(0.01), s.q() + step(0.01));
     }
   }
 
@@ -83,12 +83,12 @@ TEST_F(BundleAdjustment, BringsKeyFramesAndLandmarksBackToTheTruth) {
   // The float pixels of segments, 3e-5 px, limit the accuracy: 1e-7 m at 3 m.
   ExpectPoses(1e-6);
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
-    const MapPoint* point = map.point(scene_map.point_ids[i]);
+    const MapPoint* point = map.Find(scene_map.point_ids[i]);
     if (point == nullptr || point->observations.back().keyframe == 0_kf) continue;
     EXPECT_LT((point->p_W - scene.points[i].p_W).norm(), 1e-5);
   }
   for (std::size_t i = 0; i < scene.lines.size(); ++i) {
-    const MapLine* line = map.line(scene_map.line_ids[i]);
+    const MapLine* line = map.Find(scene_map.line_ids[i]);
     if (line == nullptr || line->observations.back().keyframe == 0_kf) continue;
     // The line is the true one, and its length is true up to the 2 cm by which its ends were moved.
     const Segment3& truth = scene.lines[i].segment_W;
@@ -103,15 +103,15 @@ TEST_F(BundleAdjustment, CountsVariablesAndObservations) {
   const auto report = AdjustBundle(map, model, rest, first, thorough);
   int points = 0, lines = 0;
   std::size_t observations = 0;
-  for (const PointId id : map.point_ids()) {
-    if (map.point(id)->observations.back().keyframe == 0_kf) continue;
+  for (const PointId id : map.ids<MapPoint>()) {
+    if (map.Find(id)->observations.back().keyframe == 0_kf) continue;
     ++points;
-    observations += map.point(id)->observations.size();
+    observations += map.Find(id)->observations.size();
   }
-  for (const LineId id : map.line_ids()) {
-    if (map.line(id)->observations.back().keyframe == 0_kf) continue;
+  for (const LineId id : map.ids<MapLine>()) {
+    if (map.Find(id)->observations.back().keyframe == 0_kf) continue;
     ++lines;
-    observations += map.line(id)->observations.size();
+    observations += map.Find(id)->observations.size();
   }
   EXPECT_EQ(report.points, points);
   EXPECT_EQ(report.lines, lines);
@@ -134,17 +134,17 @@ TEST_F(BundleAdjustment, DoesNotMoveFixedKeyFramesNorLandmarksOfTheseAlone) {
   // Two fixed keyframes that contradict each other would make a third of all observations outliers.
   const Pose T1 = map.keyframe(1_kf)->T_WC = kTruth[1];
   std::vector<std::pair<PointId, Eigen::Vector3d>> others;
-  for (const PointId id : map.point_ids()) {
-    const auto& observations = map.point(id)->observations;
+  for (const PointId id : map.ids<MapPoint>()) {
+    const auto& observations = map.Find(id)->observations;
     const bool seen = std::any_of(observations.begin(), observations.end(),
                                   [](const Observation& o) { return o.keyframe == 3_kf; });
-    if (!seen) others.emplace_back(id, map.point(id)->p_W);
+    if (!seen) others.emplace_back(id, map.Find(id)->p_W);
   }
   ASSERT_FALSE(others.empty());
   const std::vector<KeyFrameId> free{3_kf}, fixed{0_kf, 1_kf};
   ASSERT_TRUE(AdjustBundle(map, model, free, fixed, thorough).usable);
   EXPECT_EQ(map.keyframe(1_kf)->T_WC.Matrix(), T1.Matrix());
-  for (const auto& [id, p_W] : others) EXPECT_EQ(map.point(id)->p_W, p_W);
+  for (const auto& [id, p_W] : others) EXPECT_EQ(map.Find(id)->p_W, p_W);
 }
 
 TEST_F(BundleAdjustment, ForgetsOutlierObservations) {
@@ -154,14 +154,14 @@ TEST_F(BundleAdjustment, ForgetsOutlierObservations) {
   for (const std::size_t i : {4u, 9u}) {
     features->points[i].uv += Eigen::Vector2d(25, -30);
     broken.push_back(map.keyframe(2_kf)->points[i]);
-    ASSERT_GT(map.point(broken.back())->observations.size(), 1u);
+    ASSERT_GT(map.Find(broken.back())->observations.size(), 1u);
   }
   // In addition, a line of keyframe 3 is a different edge.
   auto edges = std::make_shared<FrameFeatures>(*map.keyframe(3_kf)->frame.features);
   edges->lines[2].segment.s += Eigen::Vector2f(0, 40);
   edges->lines[2].segment.e += Eigen::Vector2f(40, 0);
   const LineId broken_line = map.keyframe(3_kf)->lines[2];
-  ASSERT_GT(map.line(broken_line)->observations.size(), 1u);
+  ASSERT_GT(map.Find(broken_line)->observations.size(), 1u);
   map.keyframe(2_kf)->frame.features = features;
   map.keyframe(3_kf)->frame.features = edges;
   Perturb();
@@ -172,10 +172,10 @@ TEST_F(BundleAdjustment, ForgetsOutlierObservations) {
   EXPECT_EQ(map.keyframe(2_kf)->points[9], kNoId);
   EXPECT_EQ(map.keyframe(3_kf)->lines[2], kNoId);
   for (const PointId id : broken) {
-    ASSERT_NE(map.point(id), nullptr);
-    for (const Observation& o : map.point(id)->observations) EXPECT_NE(o.keyframe, 2_kf);
+    ASSERT_NE(map.Find(id), nullptr);
+    for (const Observation& o : map.Find(id)->observations) EXPECT_NE(o.keyframe, 2_kf);
   }
-  ASSERT_NE(map.line(broken_line), nullptr);
+  ASSERT_NE(map.Find(broken_line), nullptr);
   ExpectPoses(1e-6);
 }
 
@@ -255,7 +255,7 @@ TEST_F(BundleAdjustmentBounds, TheErrorThatIsJudgedIsThatOfTheAdjustedMap) {
   const KeyFrame& keyframe = *map.keyframe(2_kf);
   const PointFeature& feature = keyframe.frame.features->points[kPointWithoutDepth];
   const Eigen::Vector3d p_C =
-      keyframe.T_WC.Inverse() * map.point(keyframe.points[kPointWithoutDepth])->p_W;
+      keyframe.T_WC.Inverse() * map.Find(keyframe.points[kPointWithoutDepth])->p_W;
   const Eigen::Vector2d error = IdealSensor().camera.Project(p_C) - feature.uv;
   const double squared = error.squaredNorm() / std::pow(model.PointSigma(feature.octave), 2);
   ASSERT_GT(squared, 1.0);
@@ -293,9 +293,9 @@ TEST_F(BundleAdjustment, ALandmarkBehindTheCameraIsNoInlier) {
   // no error is reported.
   const PointId behind = map.keyframe(1_kf)->points.front();
   ASSERT_NE(behind, kNoId);
-  map.point(behind)->p_W = Eigen::Vector3d(0, 0, -3);
+  map.Find(behind)->p_W = Eigen::Vector3d(0, 0, -3);
   ASSERT_TRUE(AdjustBundle(map, model, rest, first, thorough).usable);
-  const MapPoint* point = map.point(behind);
+  const MapPoint* point = map.Find(behind);
   for (const KeyFrameId id : rest) {
     EXPECT_TRUE(point == nullptr ||
                 std::none_of(point->observations.begin(), point->observations.end(),
@@ -308,29 +308,29 @@ TEST_F(BundleAdjustment, ALineWithoutLengthLeavesTheMap) {
   const auto seen = [](LineId id) { return id != kNoId; };
   const auto& lines = map.keyframe(1_kf)->lines;
   const LineId id = *std::find_if(lines.begin(), lines.end(), seen);
-  const Segment3 whole = map.line(id)->segment_W;
-  map.line(id)->segment_W = Segment3(whole.p(), whole.p() + 1e-4 * (whole.q() - whole.p()));
-  const std::size_t before = map.num_lines();
+  const Segment3 whole = map.Find(id)->segment_W;
+  map.Find(id)->segment_W = Segment3(whole.p(), whole.p() + 1e-4 * (whole.q() - whole.p()));
+  const std::size_t before = map.num<MapLine>();
   ASSERT_TRUE(AdjustBundle(map, model, rest, first, thorough).usable);
-  EXPECT_EQ(map.line(id), nullptr);
-  EXPECT_EQ(map.num_lines(), before - 1);
+  EXPECT_EQ(map.Find(id), nullptr);
+  EXPECT_EQ(map.num<MapLine>(), before - 1);
 }
 
 TEST_F(BundleAdjustment, FailureLeavesTheMapAlone) {
   Perturb();
   // u = fx x / z overflows: the residual is infinite and the solver fails at the start.
-  map.point(map.keyframe(1_kf)->points[0])->p_W =
+  map.Find(map.keyframe(1_kf)->points[0])->p_W =
       map.keyframe(1_kf)->T_WC * Eigen::Vector3d(1e307, 0, 1e307);
   std::vector<Eigen::Matrix4d> poses;
   for (const KeyFrameId id : all) poses.push_back(map.keyframe(id)->T_WC.Matrix());
   std::vector<Eigen::Vector3d> points;
-  for (const PointId id : map.point_ids()) points.push_back(map.point(id)->p_W);
+  for (const PointId id : map.ids<MapPoint>()) points.push_back(map.Find(id)->p_W);
   const auto report = AdjustBundle(map, model, rest, first, thorough);
   EXPECT_FALSE(report.usable);
   std::vector<Eigen::Matrix4d> poses_after;
   for (const KeyFrameId id : all) poses_after.push_back(map.keyframe(id)->T_WC.Matrix());
   std::vector<Eigen::Vector3d> points_after;
-  for (const PointId id : map.point_ids()) points_after.push_back(map.point(id)->p_W);
+  for (const PointId id : map.ids<MapPoint>()) points_after.push_back(map.Find(id)->p_W);
   EXPECT_EQ(poses, poses_after);
   EXPECT_EQ(points, points_after);
 }
@@ -358,17 +358,17 @@ TEST_F(BundleAdjustment, SkipsWhatHasLeftTheMapMeanwhile) {
   BundleAdjuster adjuster(map, model, rest, first, thorough);
   const PointId point = map.keyframe(1_kf)->points[0];
   const LineId line = map.keyframe(1_kf)->lines[0];
-  map.RemovePoint(point);
-  map.RemoveLine(line);
+  map.Remove(point);
+  map.Remove(line);
   map.RemoveKeyFrame(2_kf, 1_kf);
-  const auto gone = map.point_ids().size();
+  const auto gone = map.ids<MapPoint>().size();
   adjuster.Solve();
   const auto report = adjuster.Write(&map);
   ASSERT_TRUE(report.usable);
   EXPECT_EQ(report.keyframes, 3);
-  EXPECT_EQ(map.point_ids().size(), gone);
-  EXPECT_EQ(map.point(point), nullptr);
-  EXPECT_EQ(map.line(line), nullptr);
+  EXPECT_EQ(map.ids<MapPoint>().size(), gone);
+  EXPECT_EQ(map.Find(point), nullptr);
+  EXPECT_EQ(map.Find(line), nullptr);
   EXPECT_EQ(map.keyframe(2_kf), nullptr);
   for (const KeyFrameId id : {1_kf, 3_kf}) {
     EXPECT_LT(PositionError(map.keyframe(id)->T_WC, kTruth[id.index()]), 1e-6);
@@ -385,12 +385,12 @@ class BundleAdjustmentWithoutDepth : public BundleAdjustment {
     }
     // The points are moved along their rays, so far that a Gauss-Newton step leads behind the
     // camera.
-    for (const PointId id : map.point_ids()) map.point(id)->p_W *= 2.5;
+    for (const PointId id : map.ids<MapPoint>()) map.Find(id)->p_W *= 2.5;
   }
   int NumObservations() const {
     int count = 0;
-    for (const PointId id : map.point_ids()) {
-      count += static_cast<int>(map.point(id)->observations.size());
+    for (const PointId id : map.ids<MapPoint>()) {
+      count += static_cast<int>(map.Find(id)->observations.size());
     }
     return count;
   }
@@ -416,7 +416,7 @@ TEST_F(BundleAdjustmentWithoutDepth, AStepThatLeadsPointsBehindTheCameraIsNoPerf
 
 TEST_F(BundleAdjustment, OneThatWouldForgetMoreThanAThirdIsRefused) {
   const auto before = map.keyframe(2_kf)->T_WC.Matrix();
-  const std::size_t seen = map.point(map.keyframe(1_kf)->points[0])->observations.size();
+  const std::size_t seen = map.Find(map.keyframe(1_kf)->points[0])->observations.size();
   for (const KeyFrameId id : rest) {
     auto features = std::make_shared<FrameFeatures>(*map.keyframe(id)->frame.features);
     for (std::size_t i = 0; i < features->points.size(); ++i) {
@@ -431,7 +431,7 @@ TEST_F(BundleAdjustment, OneThatWouldForgetMoreThanAThirdIsRefused) {
   EXPECT_TRUE(report.refused);
   EXPECT_NE(report.message.find("more than a third"), std::string::npos) << report.message;
   EXPECT_EQ(map.keyframe(2_kf)->T_WC.Matrix(), before);
-  EXPECT_EQ(map.point(map.keyframe(1_kf)->points[0])->observations.size(), seen);
+  EXPECT_EQ(map.Find(map.keyframe(1_kf)->points[0])->observations.size(), seen);
 }
 
 TEST_F(BundleAdjustment, SolvingAloneMovesNothing) {

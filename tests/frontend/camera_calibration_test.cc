@@ -73,8 +73,8 @@ Map Walk(const Scene& scene, const Eigen::Vector3d& turns, unsigned seed, double
     d << p, q;
     scene_map.Add(view, T_WC.Plus(d));
   }
-  for (const PointId id : scene_map.map.point_ids()) {
-    scene_map.map.point(id)->p_W += UniformInBox(rng, {-0.02, -0.02, -0.02}, {0.02, 0.02, 0.02});
+  for (const PointId id : scene_map.map.ids<MapPoint>()) {
+    scene_map.map.Find(id)->p_W += UniformInBox(rng, {-0.02, -0.02, -0.02}, {0.02, 0.02, 0.02});
   }
   return std::move(scene_map.map);
 }
@@ -244,12 +244,12 @@ TEST(CameraCalibration, PointsWithoutDepthAreLeftOutWhereTheyWereSeenWithoutPara
   for (int i = 0; i < 2; ++i) {
     added.push_back(map.AddKeyFrame({.features = features}, T_WC).id);
     for (std::size_t f = 0; f < points.size(); ++f) {
-      if (points[f] != kNoId) map.ObservePoint(added.back(), static_cast<int>(f), points[f]);
+      if (points[f] != kNoId) map.Observe(added.back(), static_cast<int>(f), points[f]);
     }
   }
   const CameraCalibration without = CalibrateCamera(map, kModel);
-  const PointId far = map.AddPoint(T_WC * p_C, 0).id;
-  for (const KeyFrameId id : added) map.ObservePoint(id, static_cast<int>(points.size()), far);
+  const PointId far = map.Add<MapPoint>(T_WC * p_C, 0).id;
+  for (const KeyFrameId id : added) map.Observe(id, static_cast<int>(points.size()), far);
   const CameraCalibration with = CalibrateCamera(map, kModel);
   EXPECT_EQ(with.points, without.points);
   EXPECT_EQ(with.intrinsics, without.intrinsics);

@@ -161,8 +161,8 @@ TEST(CornerRefiner, MovesCornersOfLandmarksToWhereTheyLookAsTheyDidFirst) {
   std::vector<PointId> points;
   for (std::size_t i = 0; i < wall.corners.size(); ++i) {
     const Eigen::Vector3d p_W = wall.camera.Unproject(wall.corners[i], Wall::kDepth);
-    points.push_back(map.AddPoint(p_W, 0).id);
-    map.ObservePoint(keyframe.id, static_cast<int>(i), points.back());
+    points.push_back(map.Add<MapPoint>(p_W, 0).id);
+    map.Observe(keyframe.id, static_cast<int>(i), points.back());
   }
   refiner.Remember(keyframe, ImageLevels(wall.first, kPyramid), &map);
 
@@ -190,10 +190,10 @@ TEST(CornerRefiner, MovesCornersOfLandmarksToWhereTheyLookAsTheyDidFirst) {
   // After the keyframe with the patches is removed, another one anchors its pose.
   const KeyFrame& other = map.AddKeyFrame(second.frame, T_WC);
   for (std::size_t i = 1; i < points.size(); ++i) {
-    map.ObservePoint(other.id, static_cast<int>(i), points[i]);
+    map.Observe(other.id, static_cast<int>(i), points[i]);
   }
   map.RemoveKeyFrame(keyframe.id, other.id);
-  ASSERT_NE(map.point(points[1]), nullptr);
+  ASSERT_NE(map.Find(points[1]), nullptr);
   const auto again =
       refiner.Refine(second, ImageLevels(second.frame.features->gray, kPyramid), map);
   EXPECT_EQ(again->points[1].uv, refined->points[1].uv);
@@ -212,11 +212,11 @@ std::vector<bool> Remembered(const Wall& wall, const cv::Mat& depth, int octave 
   const KeyFrame& keyframe = map.AddKeyFrame(seen.frame, seen.T_WC);
   for (std::size_t i = 0; i < wall.corners.size(); ++i) {
     const Eigen::Vector3d p_W = wall.camera.Unproject(wall.corners[i], Wall::kDepth);
-    map.ObservePoint(keyframe.id, static_cast<int>(i), map.AddPoint(p_W, 0).id);
+    map.Observe(keyframe.id, static_cast<int>(i), map.Add<MapPoint>(p_W, 0).id);
   }
   refiner.Remember(keyframe, ImageLevels(wall.first, kPyramid), &map);
   std::vector<bool> has;
-  for (const PointId id : map.point_ids()) has.push_back(map.point(id)->patch != nullptr);
+  for (const PointId id : map.ids<MapPoint>()) has.push_back(map.Find(id)->patch != nullptr);
   return has;
 }
 

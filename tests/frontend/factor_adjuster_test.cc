@@ -83,7 +83,7 @@ TEST_F(FactorAdjusterTest, TakesTheDriftOutOfTheWholeMap) {
   ASSERT_TRUE(before);
   map.factors().Place(frame, kFirstSubmap, *before);
   ASSERT_GT(Error(), 0.2) << "there is drift to take out";
-  const Eigen::Vector3d landmark = map.point(PointId(1000))->p_W;
+  const Eigen::Vector3d landmark = map.Find(PointId(1000))->p_W;
   const auto report = Adjust(defaults);
   ASSERT_TRUE(report);
   ASSERT_TRUE(report->accepted) << report->message;
@@ -91,7 +91,7 @@ TEST_F(FactorAdjusterTest, TakesTheDriftOutOfTheWholeMap) {
   EXPECT_GT(report->moved, 0.2);
   // 50 positions of 0.1 m together are better than one of them.
   EXPECT_LT(Error(), 0.1);
-  EXPECT_GT((map.point(PointId(1000))->p_W - landmark).norm(), 0.01) << "landmarks follow";
+  EXPECT_GT((map.Find(PointId(1000))->p_W - landmark).norm(), 0.01) << "landmarks follow";
   EXPECT_EQ(map.keyframe(0_kf)->T_WC.p(), ring.truth[0].p()) << "the origin holds the world";
 }
 

@@ -36,8 +36,9 @@ TEST(FrameTimingEstimator, StampsOfDepthDoNotCountAsDelayOfTheCamera) {
   std::vector<PointId> points;
   for (std::size_t i = 0; i < features->points.size(); ++i) {
     const PointId id =
-        map.AddPoint(camera.Unproject(features->points[i].uv, features->points[i].depth), 0).id;
-    map.ObservePoint(keyframe.id, static_cast<int>(i), id);
+        map.Add<MapPoint>(camera.Unproject(features->points[i].uv, features->points[i].depth), 0)
+            .id;
+    map.Observe(keyframe.id, static_cast<int>(i), id);
     points.push_back(id);
   }
   const Twist forward{.v = {0.0, 0.0, 0.5}}, back{.v = {0.0, 0.0, -0.5}};

@@ -49,12 +49,12 @@ class KeyFramePolicyWants : public ::testing::Test {
       map.AddKeyFrame({.index = k, .stamp = k, .features = Features(100, 0, 10)}, Pose());
     }
     for (int i = 0; i < 100; ++i) {
-      const PointId id = map.AddPoint({0, 0, 1}, 0).id;
-      for (int k = 0; k < 3; ++k) map.ObservePoint(KeyFrameId(k), i, id);
+      const PointId id = map.Add<MapPoint>({0, 0, 1}, 0).id;
+      for (int k = 0; k < 3; ++k) map.Observe(KeyFrameId(k), i, id);
     }
     for (int i = 0; i < 10; ++i) {
-      const LineId id = map.AddLine(Segment3(), 0).id;
-      for (int k = 0; k < 3; ++k) map.ObserveLine(KeyFrameId(k), i, id);
+      const LineId id = map.Add<MapLine>(Segment3(), 0).id;
+      for (int k = 0; k < 3; ++k) map.Observe(KeyFrameId(k), i, id);
     }
   }
 
@@ -127,8 +127,8 @@ TEST_F(KeyFramePolicyWants, DoesNotCountLandmarksOnProbation) {
   const KeyFramePolicy policy({.min_share = 0.5, .max_gap = 100.0, .wanted_tracked = 0});
   // Keyframe 2 alone keeps sixty points: forty points and ten lines are left.
   for (PointId id(0); id < PointId(60); ++id) {
-    map.ForgetPointObservation(0_kf, id);
-    map.ForgetPointObservation(1_kf, id);
+    map.Forget(0_kf, id);
+    map.Forget(1_kf, id);
   }
   EXPECT_FALSE(policy.Wants(Tracked(25, 0, 0), map, 0));
   EXPECT_TRUE(policy.Wants(Tracked(24, 0, 0), map, 0));

@@ -34,7 +34,7 @@ class KeyframeRowTimesTest : public ::testing::Test {
     const KeyFrame& keyframe = *map().keyframe(id_);
     for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
       const PointFeature& feature = keyframe.frame.features->points[i];
-      map().point(keyframe.points[i])->p_W =
+      map().Find(keyframe.points[i])->p_W =
           T_WC_ * sensor_.camera.Unproject(feature.uv, feature.depth);
     }
     times_.Remember(keyframe, {});
@@ -48,7 +48,7 @@ class KeyframeRowTimesTest : public ::testing::Test {
   // Returns the error [m] of the landmark of point feature i.
   double Error(std::size_t i) {
     const Eigen::Vector3d& truth = scene_.points[static_cast<std::size_t>(truth_.points[i])].p_W;
-    return (map().point(map().keyframe(id_)->points[i])->p_W - truth).norm();
+    return (map().Find(map().keyframe(id_)->points[i])->p_W - truth).norm();
   }
   double LargestError() {
     double largest = 0.0;
@@ -78,7 +78,7 @@ TEST_F(KeyframeRowTimesTest, FeaturesAndLandmarksFollowTheEstimatesOfTimingAndMo
     const PointFeature &now = features().points[i], &should = expected->points[i];
     EXPECT_LT((now.uv - should.uv).norm(), 1e-9) << i;  // rounding
     const Eigen::Vector3d p_W = T_WC_ * sensor_.camera.Unproject(should.uv, should.depth);
-    EXPECT_LT((map().point(keyframe.points[i])->p_W - p_W).norm(), 1e-12) << i;
+    EXPECT_LT((map().Find(keyframe.points[i])->p_W - p_W).norm(), 1e-12) << i;
   }
   // The row that a feature is moved to approximates the one it was seen in, 10 px of 480.
   EXPECT_LT(LargestError(), 0.1 * before);
@@ -92,7 +92,7 @@ TEST_F(KeyframeRowTimesTest, LinesMoveAsTheirKeyframeSeesThem) {
   const auto before = keyframe.frame.features;
   const std::vector<LineId> lines = keyframe.lines;
   std::vector<Segment3> landmarks;
-  for (const LineId id : lines) landmarks.push_back(map().line(id)->segment_W);
+  for (const LineId id : lines) landmarks.push_back(map().Find(id)->segment_W);
   times_.Correct(id_, kMotion);
   Compensate({.value = kTiming});
   ASSERT_FALSE(lines.empty());
@@ -100,7 +100,7 @@ TEST_F(KeyframeRowTimesTest, LinesMoveAsTheirKeyframeSeesThem) {
     const SegmentDepth &from = *before->lines[i].segment_C, &to = *features().lines[i].segment_C;
     const Eigen::Vector3d shift =
         T_WC_.q() * (0.5 * (to.p_C + to.q_C) - 0.5 * (from.p_C + from.q_C));
-    const Segment3& now = map().line(lines[i])->segment_W;
+    const Segment3& now = map().Find(lines[i])->segment_W;
     EXPECT_LT((now.p() - landmarks[i].p() - shift).norm(), 1e-12);
     EXPECT_LT((now.q() - landmarks[i].q() - shift).norm(), 1e-12);
   }
@@ -112,8 +112,8 @@ TEST_F(KeyframeRowTimesTest, ALandmarkFollowsByTheShareOfItsKeyframes) {
   // A keyframe of another run, whose rows cannot be corrected.
   const Pose elsewhere = T_WC_ * Pose::FromTangent({0.02, 0.0, 0.0}, Eigen::Vector3d::Zero());
   const KeyFrameId other = scene_map_.Add(Look(scene_, sensor_, elsewhere), elsewhere);
-  ASSERT_EQ(map().point(point)->observations.size(), 2U);
-  const Eigen::Vector3d before = map().point(point)->p_W;
+  ASSERT_EQ(map().Find(point)->observations.size(), 2U);
+  const Eigen::Vector3d before = map().Find(point)->p_W;
   const auto kept = map().keyframe(other)->frame.features;
   const PointFeature from = features().points[0];
   times_.Correct(id_, kMotion);
@@ -121,7 +121,7 @@ TEST_F(KeyframeRowTimesTest, ALandmarkFollowsByTheShareOfItsKeyframes) {
   const PointFeature& to = features().points[0];
   const Eigen::Vector3d shift = T_WC_.q() * (sensor_.camera.Unproject(to.uv, to.depth) -
                                              sensor_.camera.Unproject(from.uv, from.depth));
-  EXPECT_LT((map().point(point)->p_W - before - 0.5 * shift).norm(), 1e-12);
+  EXPECT_LT((map().Find(point)->p_W - before - 0.5 * shift).norm(), 1e-12);
   EXPECT_EQ(map().keyframe(other)->frame.features, kept);
 }
 
@@ -135,12 +135,12 @@ TEST_F(KeyframeRowTimesTest, IgnoresChangesOfLessThanATenthOfAPixel) {
 TEST_F(KeyframeRowTimesTest, AnEstimateWithinItsOwnSigmaMovesNothing) {
   const auto before = map().keyframe(id_)->frame.features;
   const std::vector<PointId> points = map().keyframe(id_)->points;
-  const Eigen::Vector3d p_W = map().point(points[0])->p_W;
+  const Eigen::Vector3d p_W = map().Find(points[0])->p_W;
   times_.Remember(*map().keyframe(id_), {FrameTiming(), kMotion});
   const FrameTiming sigma{.colour_readout = 0.031, .depth_readout = 0.031, .depth_delay = 0.01};
   Compensate({.value = kTiming, .sigma = sigma});
   EXPECT_EQ(map().keyframe(id_)->frame.features, before);
-  EXPECT_EQ(map().point(points[0])->p_W, p_W);
+  EXPECT_EQ(map().Find(points[0])->p_W, p_W);
   // If the change exceeds the sigma of one of the three, the whole correction is applied.
   Compensate({.value = kTiming, .sigma = {.colour_readout = 0.029, .depth_readout = 0.031}});
   EXPECT_NE(map().keyframe(id_)->frame.features, before);

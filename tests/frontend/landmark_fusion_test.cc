@@ -31,8 +31,8 @@ class LandmarkFusionTest : public ::testing::Test {
   const KeyFrame& keyframe() { return *map().keyframe(id); }
   MapFusion Fuse(const FusionOptions& options) {
     const std::vector<KeyFrameId> old{0_kf, 1_kf};
-    return FuseLandmarks(id, PointsSeenBy(map(), old, keyframe().points),
-                         LinesSeenBy(map(), old, keyframe().lines), matcher, options, &map());
+    return FuseLandmarks(id, map().SeenBy<MapPoint>(old, keyframe().points),
+                         map().SeenBy<MapLine>(old, keyframe().lines), matcher, options, &map());
   }
 
   const Scene scene = MakeScene(5, 300, 30);
@@ -51,9 +51,9 @@ TEST_F(LandmarkFusionTest, TwofoldLandmarksBecomeOne) {
   fusion.lines = {{LineId(54321), line}};
   fusion.point_observations = {{99_kf, 0, into}};
   Apply(fusion, &map());
-  EXPECT_EQ(map().point(from), nullptr);
-  ASSERT_NE(map().point(into), nullptr);
-  EXPECT_NE(map().line(line), nullptr);
+  EXPECT_EQ(map().Find(from), nullptr);
+  ASSERT_NE(map().Find(into), nullptr);
+  EXPECT_NE(map().Find(line), nullptr);
 }
 
 TEST_F(LandmarkFusionTest, LandmarksOfAnotherPartAreFoundInAKeyFrame) {
@@ -63,11 +63,11 @@ TEST_F(LandmarkFusionTest, LandmarksOfAnotherPartAreFoundInAKeyFrame) {
   EXPECT_GT(fusion.lines.size(), 3u);
   EXPECT_TRUE(fusion.point_observations.empty()) << "every feature had a landmark";
   for (const auto& [from, into] : fusion.points) {
-    EXPECT_LT((before.point(from)->p_W - before.point(into)->p_W).norm(), 0.02);
-    EXPECT_EQ(map().point(from), nullptr);
+    EXPECT_LT((before.Find(from)->p_W - before.Find(into)->p_W).norm(), 0.02);
+    EXPECT_EQ(map().Find(from), nullptr);
   }
-  EXPECT_EQ(map().num_points(), before.num_points() - fusion.points.size());
-  EXPECT_EQ(map().num_lines(), before.num_lines() - fusion.lines.size());
+  EXPECT_EQ(map().num<MapPoint>(), before.num<MapPoint>() - fusion.points.size());
+  EXPECT_EQ(map().num<MapLine>(), before.num<MapLine>() - fusion.lines.size());
 }
 
 TEST_F(LandmarkFusionTest, TheSideThatIsLookedForStaysUnlessTheOtherIsObservedMore) {
@@ -76,15 +76,15 @@ TEST_F(LandmarkFusionTest, TheSideThatIsLookedForStaysUnlessTheOtherIsObservedMo
   const Frame frame = keyframe().frame;
   for (int i = 0; i < 2; ++i) {
     const KeyFrameId more = map().AddKeyFrame(frame, kPoses[1]).id;
-    map().ObservePoint(more, 0, observed_more);
+    map().Observe(more, 0, observed_more);
   }
   Map other_rule = map().Clone();
   Fuse({});
-  EXPECT_EQ(map().point(observed_more), nullptr);
+  EXPECT_EQ(map().Find(observed_more), nullptr);
   std::swap(other_rule, map());
   const MapFusion fusion = Fuse({.keep_more_observed = true});
-  ASSERT_NE(map().point(observed_more), nullptr);
-  EXPECT_EQ(map().point(observed_more)->observations.size(), 5u)
+  ASSERT_NE(map().Find(observed_more), nullptr);
+  EXPECT_EQ(map().Find(observed_more)->observations.size(), 5u)
       << "three of its own, two of the other";
   const auto stays = std::count_if(fusion.points.begin(), fusion.points.end(),
                                    [&](const auto& p) { return p.second == observed_more; });
@@ -92,23 +92,23 @@ TEST_F(LandmarkFusionTest, TheSideThatIsLookedForStaysUnlessTheOtherIsObservedMo
 }
 
 TEST_F(LandmarkFusionTest, LinesThatTheKeyFrameObservesStayApartWhereTheyAreNotToMerge) {
-  const std::size_t before = map().num_lines();
+  const std::size_t before = map().num<MapLine>();
   const MapFusion fusion = Fuse({.merge_lines = false});
   EXPECT_TRUE(fusion.lines.empty());
   EXPECT_TRUE(fusion.line_observations.empty()) << "every feature had a landmark";
-  EXPECT_EQ(map().num_lines(), before);
+  EXPECT_EQ(map().num<MapLine>(), before);
 }
 
 TEST_F(LandmarkFusionTest, AFeatureWhoseDepthContradictsTheLandmarkIsNoObservationOfIt) {
   const PointId behind = map().keyframe(1_kf)->points.front();
-  Eigen::Vector3d& p_W = map().point(behind)->p_W;
+  Eigen::Vector3d& p_W = map().Find(behind)->p_W;
   p_W = kPoses[1].p() + 1.15 * (p_W - kPoses[1].p());  // on the same pixel
   Map without_bounds = map().Clone();
   Fuse({});
-  EXPECT_EQ(map().point(behind)->observations.back().keyframe, 1_kf);
+  EXPECT_EQ(map().Find(behind)->observations.back().keyframe, 1_kf);
   std::swap(without_bounds, map());
   Fuse({.inliers = {.chi2_3 = 1e9}});
-  EXPECT_EQ(map().point(behind)->observations.back().keyframe, id);
+  EXPECT_EQ(map().Find(behind)->observations.back().keyframe, id);
 }
 
 }  // namespace

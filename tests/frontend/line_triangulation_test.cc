@@ -318,7 +318,7 @@ TEST_F(DepthlessLinesTest, SegmentsThatAreLandmarksOrHaveDepthAreNone) {
   const auto before = Find();
   ASSERT_FALSE(before.empty());
   const Observation& first = before.front().observations.front();
-  map.ObserveLine(first.keyframe, first.index, map.AddLine(before.front().segment_W, 0).id);
+  map.Observe(first.keyframe, first.index, map.Add<MapLine>(before.front().segment_W, 0).id);
   EXPECT_EQ(Find().size(), before.size() - 1);
   Add(At(0.6), 4, true);
   EXPECT_TRUE(Find().empty());

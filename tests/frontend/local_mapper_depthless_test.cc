@@ -42,7 +42,7 @@ TEST_F(LocalMapperDepthlessTest, CornersWithoutDepthBecomeLandmarksWhenThreeKeyF
   EXPECT_GT(triangulated[2], 30);
   int checked = 0;
   for (std::size_t i = 0; i < scene.points.size(); i += 3) {
-    const MapPoint* point = map.point(point_ids[i]);
+    const MapPoint* point = map.Find(point_ids[i]);
     if (point == nullptr) continue;
     ++checked;
     // The features are exact: this error remains after the adjustment.
@@ -63,7 +63,7 @@ TEST_F(LocalMapperDepthlessTest, SegmentsWithoutDepthBecomeLandmarksWhenThreeKey
   EXPECT_GT(triangulated[2], 10);
   int checked = 0;
   for (std::size_t i = 0; i < scene.lines.size(); ++i) {
-    const MapLine* line = map.line(line_ids[i]);
+    const MapLine* line = map.Find(line_ids[i]);
     if (line == nullptr) continue;
     ++checked;
     EXPECT_GE(line->observations.size(), 3U);
@@ -88,8 +88,8 @@ TEST_F(LocalMapperDepthlessTest, WithoutTriangulationTheyMakeNone) {
     EXPECT_EQ(report.triangulated_points, 0);
     EXPECT_EQ(report.triangulated_lines, 0);
   }
-  EXPECT_EQ(map.num_points(), 0U);
-  EXPECT_EQ(map.num_lines(), 0U);
+  EXPECT_EQ(map.num<MapPoint>(), 0U);
+  EXPECT_EQ(map.num<MapLine>(), 0U);
 }
 
 TEST_F(LocalMapperDepthlessTest, SegmentsAreTriangulatedOnlyWherePointsAreScarce) {
@@ -107,7 +107,7 @@ TEST_F(LocalMapperDepthlessTest, SegmentsAreTriangulatedOnlyWherePointsAreScarce
       triangulated += Insert(mapper, view, tracked).triangulated_lines;
     }
     EXPECT_EQ(triangulated > 10, points < 100);
-    EXPECT_EQ(map.num_lines() > 0, points < 100);
+    EXPECT_EQ(map.num<MapLine>() > 0, points < 100);
   }
 }
 

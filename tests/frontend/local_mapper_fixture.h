@@ -32,11 +32,11 @@ class LocalMapperTest : public ::testing::Test {
     tracked.T_WC = T_WC;
     for (const int i : view.points) {
       const PointId id = point_ids[static_cast<std::size_t>(i)];
-      tracked.points.push_back(map.point(id) != nullptr ? id : kNoId);
+      tracked.points.push_back(map.Find(id) != nullptr ? id : kNoId);
     }
     for (const int i : view.lines) {
       const LineId id = line_ids[static_cast<std::size_t>(i)];
-      tracked.lines.push_back(map.line(id) != nullptr ? id : kNoId);
+      tracked.lines.push_back(map.Find(id) != nullptr ? id : kNoId);
     }
     const auto count = [](const auto& ids) {
       return static_cast<int>(

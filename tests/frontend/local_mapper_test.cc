@@ -42,8 +42,8 @@ TEST_F(LocalMapperTest, FirstKeyFrameMakesALandmarkOfEveryFeatureWithDepth) {
   EXPECT_EQ(report.keyframe, 0_kf);
   EXPECT_EQ(report.new_points, static_cast<int>(view.points.size()) - 1);
   EXPECT_EQ(report.new_lines, static_cast<int>(view.lines.size()) - 1);
-  EXPECT_EQ(map.num_points(), view.points.size() - 1);
-  EXPECT_EQ(map.num_lines(), view.lines.size() - 1);
+  EXPECT_EQ(map.num<MapPoint>(), view.points.size() - 1);
+  EXPECT_EQ(map.num<MapLine>(), view.lines.size() - 1);
   EXPECT_FALSE(report.bundle.usable) << "one keyframe: nothing to adjust";
   const KeyFrame& keyframe = *map.keyframe(0_kf);
   EXPECT_EQ(keyframe.points[3], kNoId);
@@ -51,7 +51,7 @@ TEST_F(LocalMapperTest, FirstKeyFrameMakesALandmarkOfEveryFeatureWithDepth) {
   for (std::size_t i = 0; i < view.points.size(); ++i) {
     if (i == 3) continue;
     const ScenePoint& truth = scene.points[static_cast<std::size_t>(view.points[i])];
-    const MapPoint& point = *map.point(keyframe.points[i]);
+    const MapPoint& point = *map.Find(keyframe.points[i]);
     EXPECT_LT((point.p_W - truth.p_W).norm(), 1e-13);  // to and from pixels: rounding
     EXPECT_EQ(point.descriptor, truth.descriptor);
     const double distance = (truth.p_W - T_WC.p()).norm();
@@ -61,7 +61,7 @@ TEST_F(LocalMapperTest, FirstKeyFrameMakesALandmarkOfEveryFeatureWithDepth) {
   for (std::size_t i = 0; i < view.lines.size(); ++i) {
     if (i == 2) continue;
     const SceneLine& truth = scene.lines[static_cast<std::size_t>(view.lines[i])];
-    const MapLine& line = *map.line(keyframe.lines[i]);
+    const MapLine& line = *map.Find(keyframe.lines[i]);
     const auto along = PluckerLine::FromPoints(truth.segment_W.p(), truth.segment_W.q());
     EXPECT_LT(along.Distance(line.segment_W.p()), 1e-6);  // float pixels at 5 m
     EXPECT_LT(along.Distance(line.segment_W.q()), 1e-6);
@@ -111,7 +111,7 @@ TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {
 TEST_F(LocalMapperTest, TrackedLandmarksAreSeenAgainAndNotMadeTwice) {
   LocalMapper mapper(model, {});
   InsertAt(mapper, 0.0);
-  const std::size_t before = map.num_points();
+  const std::size_t before = map.num<MapPoint>();
   const SyntheticView view = Look(scene, IdealSensor(), At(0.3));
   const TrackedFrame tracked = Tracked(view, At(0.3));
   const auto known = std::count_if(tracked.points.begin(), tracked.points.end(),
@@ -119,12 +119,12 @@ TEST_F(LocalMapperTest, TrackedLandmarksAreSeenAgainAndNotMadeTwice) {
   const auto report = Insert(mapper, view, tracked);
   EXPECT_GT(known, 60);
   EXPECT_EQ(report.new_points, static_cast<int>(view.points.size() - known));
-  EXPECT_EQ(map.num_points(), before + view.points.size() - static_cast<std::size_t>(known));
+  EXPECT_EQ(map.num<MapPoint>(), before + view.points.size() - static_cast<std::size_t>(known));
   EXPECT_TRUE(report.bundle.usable);
   EXPECT_EQ(report.bundle.outliers, 0);
   for (std::size_t i = 0; i < view.points.size(); ++i) {
     if (tracked.points[i] == kNoId) continue;
-    EXPECT_EQ(map.point(tracked.points[i])->observations.size(), 2u);
+    EXPECT_EQ(map.Find(tracked.points[i])->observations.size(), 2u);
   }
 }
 
@@ -188,20 +188,20 @@ TEST_F(LocalMapperTest, TwoLandmarksOfOnePlaceBecomeOne) {
     tracked.points[i] = kNoId;
   }
   Insert(blind, second, tracked);
-  const std::size_t with_twins = map.num_points();
+  const std::size_t with_twins = map.num<MapPoint>();
   // The third is tracked to the younger ones; the search in its neighbours finds the older ones.
   const auto report = InsertAt(mapper, 0.05);
   EXPECT_GE(twins.size(), 5u);
   EXPECT_EQ(report.fused_points, static_cast<int>(twins.size()));
-  EXPECT_EQ(map.num_points(),
+  EXPECT_EQ(map.num<MapPoint>(),
             with_twins - twins.size() + static_cast<std::size_t>(report.new_points));
   for (const auto& [older, none] : twins) {
     // The remaining landmark has all three keyframes, in order.
-    if (map.point(older) == nullptr) continue;
-    EXPECT_EQ(map.point(older)->observations.size(), 3u);
+    if (map.Find(older) == nullptr) continue;
+    EXPECT_EQ(map.Find(older)->observations.size(), 3u);
   }
-  for (const PointId id : map.point_ids()) {
-    const auto& o = map.point(id)->observations;
+  for (const PointId id : map.ids<MapPoint>()) {
+    const auto& o = map.Find(id)->observations;
     EXPECT_TRUE(std::is_sorted(
         o.begin(), o.end(), [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; }));
   }
@@ -227,18 +227,18 @@ TEST_F(LocalMapperTest, LandmarksRarelyFoundInViewAreDropped) {
   InsertAt(mapper, 0.0);
   const PointId good = map.keyframe(0_kf)->points[0], bad = map.keyframe(0_kf)->points[1];
   const LineId bad_line = map.keyframe(0_kf)->lines[0];
-  map.point(good)->visible = 8;
-  map.point(good)->found = 2;
-  map.point(bad)->visible = 9;
-  map.point(bad)->found = 2;
-  map.line(bad_line)->visible = 9;
-  map.line(bad_line)->found = 2;
+  map.Find(good)->visible = 8;
+  map.Find(good)->found = 2;
+  map.Find(bad)->visible = 9;
+  map.Find(bad)->found = 2;
+  map.Find(bad_line)->visible = 9;
+  map.Find(bad_line)->found = 2;
   const auto report = InsertAt(mapper, 0.05);
   EXPECT_EQ(report.culled_points, 1);
   EXPECT_EQ(report.culled_lines, 1);
-  EXPECT_NE(map.point(good), nullptr);
-  EXPECT_EQ(map.point(bad), nullptr);
-  EXPECT_EQ(map.line(bad_line), nullptr);
+  EXPECT_NE(map.Find(good), nullptr);
+  EXPECT_EQ(map.Find(bad), nullptr);
+  EXPECT_EQ(map.Find(bad_line), nullptr);
 }
 
 TEST_F(LocalMapperTest, LandmarksSeenByTooFewKeyFramesFailTheirProbation) {
@@ -248,16 +248,16 @@ TEST_F(LocalMapperTest, LandmarksSeenByTooFewKeyFramesFailTheirProbation) {
   EXPECT_EQ(InsertAt(mapper, 0.3).culled_points, 0) << "one keyframe later";
   std::vector<PointId> alone, shared;
   for (const PointId id : map.keyframe(0_kf)->points) {
-    (map.point(id)->observations.size() == 1 ? alone : shared).push_back(id);
+    (map.Find(id)->observations.size() == 1 ? alone : shared).push_back(id);
   }
   ASSERT_GT(alone.size(), 10u);
   ASSERT_GT(shared.size(), 10u);
   const auto report = InsertAt(mapper, 0.35);
   EXPECT_GE(report.culled_points, static_cast<int>(alone.size()) / 2);
-  for (const PointId id : shared) EXPECT_NE(map.point(id), nullptr);
+  for (const PointId id : shared) EXPECT_NE(map.Find(id), nullptr);
   // The points that the third keyframe sees have passed probation; all others are removed.
   for (const PointId id : alone) {
-    const MapPoint* point = map.point(id);
+    const MapPoint* point = map.Find(id);
     EXPECT_TRUE(point == nullptr || point->observations.size() >= 2u);
   }
 }
@@ -309,8 +309,8 @@ TEST_F(LocalMapperTest, TheSamePlaceOverAndOverMakesNoLargerMap) {
     for (int i = 0; i < 8; ++i) {
       InsertAt(mapper, 0.15 * (i < 4 ? i : 8 - i) + 0.001 * lap);
       keyframes[late] = std::max(keyframes[late], map.num_keyframes());
-      points[late] = std::max(points[late], map.num_points());
-      lines[late] = std::max(lines[late], map.num_lines());
+      points[late] = std::max(points[late], map.num<MapPoint>());
+      lines[late] = std::max(lines[late], map.num<MapLine>());
     }
   }
   EXPECT_GE(keyframes[0], 4u);
@@ -333,7 +333,7 @@ TEST_F(LocalMapperTest, LinesAloneMakeAKeyFrameRedundant) {
     culled += Insert(mapper, view, At(0.002 * i)).culled_keyframes.size();
   }
   EXPECT_GE(culled, 3u);
-  EXPECT_EQ(map.num_points(), 0u);
+  EXPECT_EQ(map.num<MapPoint>(), 0u);
 }
 
 TEST_F(LocalMapperTest, KeepsARedundantKeyFrameForAWhileWhereTheImuConstrainsItsNeighbours) {
@@ -381,7 +381,7 @@ TEST_F(LocalMapperTest, KeepsALandmarkOfACulledKeyFrameThatTheNewOneSees) {
     const TrackedFrame tracked = Tracked(view, At(0.002 * i));
     Insert(mapper, view, tracked);
     for (const PointId id : tracked.points) {
-      if (id == kNoId || map.point(id) != nullptr) continue;
+      if (id == kNoId || map.Find(id) != nullptr) continue;
       ADD_FAILURE() << "point " << id << " of keyframe " << i;
     }
   }
@@ -394,14 +394,14 @@ TEST_F(LocalMapperTest, LandmarksThatTooFewSeeGoWithARedundantKeyFrame) {
   for (int i = 0; i < 8; ++i) {
     const auto report = InsertAt(mapper, 0.03 * i);
     culled += static_cast<int>(report.culled_keyframes.size());
-    for (const PointId id : map.point_ids()) {
-      const auto& seen = map.point(id)->observations;
+    for (const PointId id : map.ids<MapPoint>()) {
+      const auto& seen = map.Find(id)->observations;
       if (seen.size() < 2) {
         EXPECT_EQ(seen.front().keyframe, report.keyframe) << id;
       }
     }
-    for (const LineId id : map.line_ids()) {
-      const auto& seen = map.line(id)->observations;
+    for (const LineId id : map.ids<MapLine>()) {
+      const auto& seen = map.Find(id)->observations;
       if (seen.size() < 2) {
         EXPECT_EQ(seen.front().keyframe, report.keyframe) << id;
       }
@@ -436,7 +436,7 @@ TEST_F(LocalMapperTest, InTheBackgroundTheMapEqualsThatOfSynchronousModeToTheBit
     for (const KeyFrameId id : map.keyframe_ids()) {
       poses[background].push_back(map.keyframe(id)->T_WC.Matrix());
     }
-    for (const PointId id : map.point_ids()) points[background].push_back(map.point(id)->p_W);
+    for (const PointId id : map.ids<MapPoint>()) points[background].push_back(map.Find(id)->p_W);
   }
   EXPECT_EQ(poses[0], poses[1]);
   EXPECT_EQ(points[0], points[1]);

@@ -102,14 +102,14 @@ TEST(LoopCloser, RemovesOutliersOfTheAdjustmentFromTheMap) {
       KeyFrame& keyframe = *scene.map.keyframe(kWrong);
       const auto uv = [&](std::size_t f) { return keyframe.frame.features->points[f].uv; };
       for (std::size_t f = 0; f < keyframe.points.size() && point == kNoId; ++f) {
-        const MapPoint* seen = scene.map.point(keyframe.points[f]);
+        const MapPoint* seen = scene.map.Find(keyframe.points[f]);
         if (seen != nullptr && seen->observations.size() >= 4) point = seen->id;
         if (point == kNoId) continue;
         while ((uv(feature) - uv(f)).norm() < 100.0) ++feature;
       }
-      scene.map.ForgetPointObservation(kWrong, keyframe.points[feature]);
-      scene.map.ForgetPointObservation(kWrong, point);
-      ASSERT_TRUE(scene.map.ObservePoint(kWrong, static_cast<int>(feature), point));
+      scene.map.Forget(kWrong, keyframe.points[feature]);
+      scene.map.Forget(kWrong, point);
+      ASSERT_TRUE(scene.map.Observe(kWrong, static_cast<int>(feature), point));
     }
     closer.InsertKeyFrame(scene.map, id);
     closer.Update(&scene.map);
@@ -206,7 +206,7 @@ TEST(LoopCloser, RepeatsBitForBitInSynchronousMode) {
   for (const KeyFrameId id : first.map.keyframe_ids()) {
     EXPECT_EQ(first.map.keyframe(id)->T_WC.Matrix(), second.map.keyframe(id)->T_WC.Matrix()) << id;
   }
-  EXPECT_EQ(first.map.num_points(), second.map.num_points());
+  EXPECT_EQ(first.map.num<MapPoint>(), second.map.num<MapPoint>());
 }
 
 TEST(LoopCloser, ReportsOnceHowUserFactorsMovedKeyFrames) {

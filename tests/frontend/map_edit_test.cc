@@ -36,15 +36,15 @@ TEST_F(MapEditTest, LandmarksFollowTheKeyFrameThatSawThemFirst) {
   const auto before = GeometryOf(map());
   MoveKeyFrames({0_kf, 1_kf}, {kPoses[0], kMove * kPoses[1]}, &map());
   EXPECT_LT(PositionError(map().keyframe(1_kf)->T_WC, kMove * kPoses[1]), 1e-12);
-  for (const PointId id : map().point_ids()) {
-    const MapPoint& point = *map().point(id);
+  for (const PointId id : map().ids<MapPoint>()) {
+    const MapPoint& point = *map().Find(id);
     const Eigen::Vector3d& old = before.points.at(id);
     const Eigen::Vector3d expected =
         point.observations.front().keyframe == 0_kf ? old : kMove * old;
     EXPECT_LT((point.p_W - expected).norm(), 1e-12);
   }
-  for (const LineId id : map().line_ids()) {
-    const MapLine& line = *map().line(id);
+  for (const LineId id : map().ids<MapLine>()) {
+    const MapLine& line = *map().Find(id);
     const Segment3& old = before.lines.at(id);
     const Segment3 expected = line.observations.front().keyframe == 0_kf ? old : kMove * old;
     EXPECT_LT((line.segment_W.p() - expected.p()).norm(), 1e-12);
@@ -56,31 +56,31 @@ TEST_F(MapEditTest, MovesWhatWasAddedSinceTheCopy) {
   Map copy = map().Clone();
   MoveKeyFrames({0_kf, 1_kf}, {kPoses[0], kMove * kPoses[1]}, &copy);
   const PointId moved = copy.keyframe(1_kf)->points.front();
-  copy.point(moved)->p_W += Eigen::Vector3d(0.01, 0.02, 0.03);
+  copy.Find(moved)->p_W += Eigen::Vector3d(0.01, 0.02, 0.03);
   correction.after = GeometryOf(copy);
 
   // In the meantime a keyframe with its own landmarks was added, and a point was removed.
   scene_map.Add(Look(scene, IdealSensor(), kPoses[2]), kPoses[2]);
-  const PointId fresh = map().AddPoint({1, 2, 3}, 2).id;
+  const PointId fresh = map().Add<MapPoint>({1, 2, 3}, 2).id;
   int free = 0;
   while (map().keyframe(2_kf)->points[static_cast<std::size_t>(free)] != kNoId) {
     if (++free == static_cast<int>(map().keyframe(2_kf)->points.size())) {
-      map().ForgetPointObservation(2_kf, map().keyframe(2_kf)->points[0]);
+      map().Forget(2_kf, map().keyframe(2_kf)->points[0]);
       free = 0;
     }
   }
-  ASSERT_TRUE(map().ObservePoint(2_kf, free, fresh));
+  ASSERT_TRUE(map().Observe(2_kf, free, fresh));
   const PointId lost = map().keyframe(0_kf)->points.back();
-  map().RemovePoint(lost);
+  map().Remove(lost);
 
   Apply(correction, &map());
   EXPECT_EQ(map().keyframe(0_kf)->T_WC.Matrix(), kPoses[0].Matrix());
   EXPECT_LT(PositionError(map().keyframe(1_kf)->T_WC, kMove * kPoses[1]), 1e-12);
   EXPECT_LT(PositionError(map().keyframe(2_kf)->T_WC, kMove * kPoses[2]), 1e-12);
-  EXPECT_LT((map().point(fresh)->p_W - kMove * Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
-  EXPECT_EQ(map().point(lost), nullptr);
-  if (map().point(moved) != nullptr) {
-    EXPECT_LT((map().point(moved)->p_W - copy.point(moved)->p_W).norm(), 1e-12);
+  EXPECT_LT((map().Find(fresh)->p_W - kMove * Eigen::Vector3d(1, 2, 3)).norm(), 1e-12);
+  EXPECT_EQ(map().Find(lost), nullptr);
+  if (map().Find(moved) != nullptr) {
+    EXPECT_LT((map().Find(moved)->p_W - copy.Find(moved)->p_W).norm(), 1e-12);
   }
 }
 
@@ -100,11 +100,11 @@ TEST_F(MapEditTest, DoesNotCorrectAnErrorTwiceThatWasCorrectedMeanwhile) {
   for (const KeyFrameId id : map().keyframe_ids()) {
     EXPECT_LT(PositionError(map().keyframe(id)->T_WC, now.keyframes.at(id)), 1e-12) << id;
   }
-  for (const PointId id : map().point_ids()) {
-    EXPECT_LT((map().point(id)->p_W - now.points.at(id)).norm(), 1e-12);
+  for (const PointId id : map().ids<MapPoint>()) {
+    EXPECT_LT((map().Find(id)->p_W - now.points.at(id)).norm(), 1e-12);
   }
-  for (const LineId id : map().line_ids()) {
-    EXPECT_LT((map().line(id)->segment_W.p() - now.lines.at(id).p()).norm(), 1e-12);
+  for (const LineId id : map().ids<MapLine>()) {
+    EXPECT_LT((map().Find(id)->segment_W.p() - now.lines.at(id).p()).norm(), 1e-12);
   }
 }
 
@@ -125,9 +125,9 @@ TEST_F(MapEditTest, RemovesObservationsThatTheCopyFoundWrong) {
 TEST_F(MapEditTest, ACloneIsAMapOfItsOwn) {
   Map clone = map().Clone();
   clone.keyframe(0_kf)->T_WC = kMove;
-  clone.RemovePoint(clone.point_ids().front());
+  clone.Remove(clone.ids<MapPoint>().front());
   EXPECT_EQ(map().keyframe(0_kf)->T_WC.Matrix(), kPoses[0].Matrix());
-  EXPECT_EQ(map().num_points(), clone.num_points() + 1);
+  EXPECT_EQ(map().num<MapPoint>(), clone.num<MapPoint>() + 1);
   EXPECT_EQ(clone.keyframe(1_kf)->frame.features, map().keyframe(1_kf)->frame.features);
 }
 
@@ -136,16 +136,16 @@ TEST_F(MapEditTest, ACloneOfSomeKeyframesHasThemAndWhatTheySeeUnderTheSameIds) {
   Map clone = map().CloneOf(some);
   EXPECT_EQ(clone.keyframe_ids(), some);
   EXPECT_EQ(clone.keyframe(1_kf)->T_WC.Matrix(), map().keyframe(1_kf)->T_WC.Matrix());
-  std::vector<PointId> seen = PointsSeenBy(map(), some, {});
-  EXPECT_EQ(clone.point_ids(), seen);
-  EXPECT_EQ(clone.line_ids(), LinesSeenBy(map(), some, {}));
+  std::vector<PointId> seen = map().SeenBy<MapPoint>(some);
+  EXPECT_EQ(clone.ids<MapPoint>(), seen);
+  EXPECT_EQ(clone.ids<MapLine>(), map().SeenBy<MapLine>(some));
   for (const PointId id : seen) {
-    EXPECT_EQ(clone.point(id)->p_W, map().point(id)->p_W);
-    ASSERT_EQ(clone.point(id)->observations.size(), 1u);
-    EXPECT_EQ(clone.point(id)->observations[0].keyframe, 1_kf);
+    EXPECT_EQ(clone.Find(id)->p_W, map().Find(id)->p_W);
+    ASSERT_EQ(clone.Find(id)->observations.size(), 1u);
+    EXPECT_EQ(clone.Find(id)->observations[0].keyframe, 1_kf);
   }
   // An added landmark has an id of its own.
-  EXPECT_GT(clone.AddPoint({0, 0, 1}, 0).id, seen.back());
+  EXPECT_GT(clone.Add<MapPoint>({0, 0, 1}, 0).id, seen.back());
 }
 
 }  // namespace

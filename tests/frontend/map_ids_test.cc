@@ -39,26 +39,12 @@ concept NamesAKeyFrame = requires(Map map, T id) {
   map.Successor(id);
 };
 
-template <class T>
-concept NamesAPoint = requires(Map map, T id) {
-  map.point(id);
-}
-|| requires(Map map, T id) {
-  map.RemovePoint(id);
-}
-|| requires(Map map, T id, PointId into) {
-  map.MergePoints(id, into);
-};
-
-template <class T>
-concept NamesALine = requires(Map map, T id) {
-  map.line(id);
-}
-|| requires(Map map, T id) {
-  map.RemoveLine(id);
-}
-|| requires(Map map, T id, LineId into) {
-  map.MergeLines(id, into);
+// A landmark of the kind, and none of another: the type of the id says which.
+template <class T, class Landmark>
+concept NamesA = requires(Map map, T id, Id<Landmark> into) {
+  { map.Find(id) } -> std::same_as<Landmark*>;
+  map.Remove(id);
+  map.Merge(id, into);
 };
 
 template <class T>
@@ -73,13 +59,13 @@ concept NamesASubmap = requires(Map map, T id) {
 };
 
 template <class K, class L>
-concept CanObserveLine = requires(Map map, K keyframe, L line) {
-  map.ObserveLine(keyframe, 0, line);
+concept CanObserve = requires(Map map, K keyframe, L landmark) {
+  map.Observe(keyframe, 0, landmark);
 };
 
 // Indicates which of the four, keyframe, point, line and submap, a T can represent.
 template <class T>
-constexpr std::array<bool, 4> kNames = {NamesAKeyFrame<T>, NamesAPoint<T>, NamesALine<T>,
+constexpr std::array<bool, 4> kNames = {NamesAKeyFrame<T>, NamesA<T, MapPoint>, NamesA<T, MapLine>,
                                         NamesASubmap<T>};
 
 TEST(MapIds, OneKindDoesNotCompileAsAnother) {
@@ -105,10 +91,11 @@ TEST(MapIds, AMapIsAskedByIdsOfTheRightKind) {
   static_assert(kNames<PointId> == Four{false, true, false, false});
   static_assert(kNames<LineId> == Four{false, false, true, false});
   static_assert(kNames<SubmapId> == Four{false, false, false, true});
-  static_assert(kNames<NoId> == Four{true, true, true, true});
+  static_assert(kNames<NoId> == Four{true, false, false, true}, "no landmark of no kind");
   static_assert(kNames<int> == Four{false, false, false, false});
-  static_assert(CanObserveLine<KeyFrameId, LineId> && !CanObserveLine<KeyFrameId, PointId>);
-  static_assert(!CanObserveLine<LineId, KeyFrameId> && !CanObserveLine<int, LineId>);
+  static_assert(CanObserve<KeyFrameId, LineId> && CanObserve<KeyFrameId, PointId>);
+  static_assert(!CanObserve<KeyFrameId, KeyFrameId> && !CanObserve<KeyFrameId, SubmapId>);
+  static_assert(!CanObserve<LineId, KeyFrameId> && !CanObserve<int, LineId>);
 }
 
 TEST(MapIds, AnswersOfAMapAreOfTheRightKind) {

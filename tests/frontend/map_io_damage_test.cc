@@ -161,19 +161,19 @@ TEST_F(MapIoDamageTest, RefusesFeaturesThatNoImageHas) {
 
 TEST_F(MapIoDamageTest, RefusesLandmarksThatNoMapHas) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
-  const PointId point = map().point_ids()[0];
-  const LineId line = map().line_ids()[0];
+  const PointId point = map().ids<MapPoint>()[0];
+  const LineId line = map().ids<MapLine>()[0];
   using Edit = std::function<void(Map&)>;
   const std::vector<std::pair<const char*, Edit>> cases = {
-      {"is nowhere", [&](Map& m) { m.point(point)->p_W.x() = kInf; }},
-      {"from nowhere", [&](Map& m) { m.point(point)->normal_W.z() = 7.0; }},
-      {"no distance", [&](Map& m) { m.point(point)->max_distance = kInf; }},
-      {"no distance", [&](Map& m) { m.point(point)->min_distance = -1.0; }},
-      {"not counted", [&](Map& m) { m.point(point)->visible = 0; }},
-      {"not counted", [&](Map& m) { m.line(line)->found = std::numeric_limits<int>::max(); }},
+      {"is nowhere", [&](Map& m) { m.Find(point)->p_W.x() = kInf; }},
+      {"from nowhere", [&](Map& m) { m.Find(point)->normal_W.z() = 7.0; }},
+      {"no distance", [&](Map& m) { m.Find(point)->max_distance = kInf; }},
+      {"no distance", [&](Map& m) { m.Find(point)->min_distance = -1.0; }},
+      {"not counted", [&](Map& m) { m.Find(point)->visible = 0; }},
+      {"not counted", [&](Map& m) { m.Find(line)->found = std::numeric_limits<int>::max(); }},
       {"beyond all",
-       [&](Map& m) { m.line(line)->first_frame = std::numeric_limits<std::int64_t>::min(); }},
-      {"ends are one", [&](Map& m) { m.line(line)->segment_W = Segment3(); }},
+       [&](Map& m) { m.Find(line)->first_frame = std::numeric_limits<std::int64_t>::min(); }},
+      {"ends are one", [&](Map& m) { m.Find(line)->segment_W = Segment3(); }},
       {"a keyframe's pose", [&](Map& m) { m.keyframe(0_kf)->T_WC.data()[1] = kInf; }},
       {"a keyframe's pose", [&](Map& m) { m.keyframe(0_kf)->T_WC.data()[6] = 1e300; }},
       {"time is beyond all",

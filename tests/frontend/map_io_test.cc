@@ -34,8 +34,8 @@ TEST_F(MapIoTest, LoadsTheSavedMap) {
   EXPECT_EQ(saved.camera.fx, IdealSensor().camera.fx);
   EXPECT_EQ(saved.camera.width, IdealSensor().camera.width);
   ASSERT_EQ(saved.map.num_keyframes(), 3u);
-  ASSERT_EQ(saved.map.num_points(), map().num_points());
-  ASSERT_EQ(saved.map.num_lines(), map().num_lines());
+  ASSERT_EQ(saved.map.num<MapPoint>(), map().num<MapPoint>());
+  ASSERT_EQ(saved.map.num<MapLine>(), map().num<MapLine>());
   EXPECT_EQ(saved.map.index().size(), 3u);
   EXPECT_EQ(saved.map.keyframe_ids(), (std::vector<KeyFrameId>{0_kf, 1_kf, 2_kf}))
       << "without gaps";
@@ -57,15 +57,15 @@ TEST_F(MapIoTest, LoadsTheSavedMap) {
   EXPECT_EQ(a.lines[1].segment_C->q_C, b.lines[1].segment_C->q_C);
   EXPECT_EQ(DescriptorRow(a.line_descriptors, 1), DescriptorRow(b.line_descriptors, 1));
 
-  const MapPoint& point = *map().point(map().point_ids().back());
-  const MapPoint& same_point = *saved.map.point(saved.map.point_ids().back());
+  const MapPoint& point = *map().Find(map().ids<MapPoint>().back());
+  const MapPoint& same_point = *saved.map.Find(saved.map.ids<MapPoint>().back());
   EXPECT_EQ(same_point.p_W, point.p_W);
   EXPECT_EQ(same_point.normal_W, point.normal_W);
   EXPECT_EQ(same_point.max_distance, point.max_distance);
   EXPECT_EQ(same_point.descriptor, point.descriptor);
   EXPECT_EQ(same_point.observations.size(), point.observations.size());
-  const MapLine& line = *saved.map.line(saved.map.line_ids().back());
-  EXPECT_EQ(line.segment_W.q(), map().line(map().line_ids().back())->segment_W.q());
+  const MapLine& line = *saved.map.Find(saved.map.ids<MapLine>().back());
+  EXPECT_EQ(line.segment_W.q(), map().Find(map().ids<MapLine>().back())->segment_W.q());
   EXPECT_TRUE(line.has_descriptor);
 }
 
@@ -189,8 +189,8 @@ TEST_F(MapIoTest, DoesNotKeepTheDepthOfDynamicObjects) {
 TEST_F(MapIoTest, LandmarksThatNoKeyFrameKnowsTheDepthOfAreKept) {
   const Map& with_depth = map();
   Map without;
-  const LineId line = without.AddLine(Segment3({-0.3, 0.1, 2.0}, {0.4, 0.2, 2.5}), 0).id;
-  const PointId point = without.AddPoint({0.1, 0.2, 2.0}, 0).id;
+  const LineId line = without.Add<MapLine>(Segment3({-0.3, 0.1, 2.0}, {0.4, 0.2, 2.5}), 0).id;
+  const PointId point = without.Add<MapPoint>({0.1, 0.2, 2.0}, 0).id;
   for (const KeyFrameId id : with_depth.keyframe_ids()) {
     const KeyFrame& keyframe = *with_depth.keyframe(id);
     Frame frame = keyframe.frame;
@@ -199,17 +199,17 @@ TEST_F(MapIoTest, LandmarksThatNoKeyFrameKnowsTheDepthOfAreKept) {
     for (LineFeature& feature : features.lines) feature.segment_C.reset();
     frame.features = std::make_shared<const FrameFeatures>(std::move(features));
     const KeyFrameId added = without.AddKeyFrame(frame, keyframe.T_WC).id;
-    EXPECT_TRUE(without.ObserveLine(added, 2, line));
-    EXPECT_TRUE(without.ObservePoint(added, 3, point));
+    EXPECT_TRUE(without.Observe(added, 2, line));
+    EXPECT_TRUE(without.Observe(added, 3, point));
   }
   SaveMap(path, IdealSensor().camera, without);
   const Map loaded = LoadMap(path).map;
-  ASSERT_EQ(loaded.num_lines(), 1U);
-  ASSERT_EQ(loaded.num_points(), 1U);
-  const MapLine& same = *loaded.line(loaded.line_ids().front());
-  EXPECT_EQ(same.segment_W.p(), without.line(line)->segment_W.p());
-  ASSERT_EQ(same.observations.size(), without.line(line)->observations.size());
-  EXPECT_EQ(loaded.point(loaded.point_ids().front())->observations.size(),
+  ASSERT_EQ(loaded.num<MapLine>(), 1U);
+  ASSERT_EQ(loaded.num<MapPoint>(), 1U);
+  const MapLine& same = *loaded.Find(loaded.ids<MapLine>().front());
+  EXPECT_EQ(same.segment_W.p(), without.Find(line)->segment_W.p());
+  ASSERT_EQ(same.observations.size(), without.Find(line)->observations.size());
+  EXPECT_EQ(loaded.Find(loaded.ids<MapPoint>().front())->observations.size(),
             same.observations.size());
   for (const Observation& o : same.observations) {
     const FrameFeatures& features = *loaded.keyframe(o.keyframe)->frame.features;
@@ -259,7 +259,7 @@ TEST_F(MapIoTest, KeepsTheFeatureTypeOfThePoints) {
   EXPECT_EQ(loaded.feature_type().pyramid.levels, kind.pyramid.levels);
   EXPECT_EQ(loaded.feature_type().pyramid.scale_factor, kind.pyramid.scale_factor);
   EXPECT_EQ(loaded.feature_type().low_contrast_response, kind.low_contrast_response);
-  EXPECT_EQ(loaded.num_points(), map().num_points());
+  EXPECT_EQ(loaded.num<MapPoint>(), map().num<MapPoint>());
   mine.SetFeatureType({.name = "mine", .columns = 0});
   SaveMap(path, IdealSensor().camera, mine);
   ExpectError("is damaged: points by mine: FeatureType::columns must be 1 to 4096, is 0");

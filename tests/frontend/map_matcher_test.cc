@@ -31,7 +31,7 @@ class MapMatcherTest : public ::testing::Test {
   std::vector<bool> NoneOf(std::size_t count) const { return std::vector<bool>(count, false); }
   PointMatches MatchPoints(const SyntheticView& seen, const Pose& T_WC,
                            std::vector<PointId>* visible = nullptr) const {
-    return matcher.MatchPoints(*seen.features, T_WC, scene_map.map, scene_map.map.point_ids(),
+    return matcher.MatchPoints(*seen.features, T_WC, scene_map.map, scene_map.map.ids<MapPoint>(),
                                NoneOf(seen.points.size()), visible);
   }
   // Every match joins a feature with the landmark of the same index in the scene.
@@ -55,7 +55,7 @@ TEST_F(MapMatcherTest, FindsEveryPointWhereItWasSeen) {
   ExpectTrue(matches, view);
   // In crowded windows a random descriptor may be similar (ratio test); here none is.
   EXPECT_EQ(matches.size(), view.points.size());
-  EXPECT_EQ(visible, scene_map.map.point_ids());
+  EXPECT_EQ(visible, scene_map.map.ids<MapPoint>());
 }
 
 TEST_F(MapMatcherTest, FindsThePointsInViewFromTheNextPose) {
@@ -72,8 +72,8 @@ TEST_F(MapMatcherTest, FindsThePointsInViewFromTheNextPose) {
 TEST_F(MapMatcherTest, LeavesTakenFeaturesAlone) {
   std::vector<bool> taken(view.points.size(), false);
   taken[3] = taken[5] = true;
-  const PointMatches matches =
-      matcher.MatchPoints(*view.features, kPose, scene_map.map, scene_map.map.point_ids(), taken);
+  const PointMatches matches = matcher.MatchPoints(*view.features, kPose, scene_map.map,
+                                                   scene_map.map.ids<MapPoint>(), taken);
   EXPECT_EQ(matches.size(), view.points.size() - 2);
   for (const auto& [feature, id] : matches) EXPECT_TRUE(feature != 3 && feature != 5);
 }
@@ -89,7 +89,7 @@ TEST_F(MapMatcherTest, PredictsTheLevelFromTheDistance) {
 }
 
 TEST_F(MapMatcherTest, PointsOutsideOfTheFrustumAreNotVisible) {
-  MapPoint& point = *scene_map.map.point(PointId(0));
+  MapPoint& point = *scene_map.map.Find(PointId(0));
   const auto is_visible = [&](const Eigen::Vector3d& p_C) {
     point.p_W = kPose * p_C;
     point.normal_W = (point.p_W - kPose.p()).normalized();
@@ -107,7 +107,7 @@ TEST_F(MapMatcherTest, PointsOutsideOfTheFrustumAreNotVisible) {
 }
 
 TEST_F(MapMatcherTest, PointsOutOfScaleOrSeenFromBehindAreNotVisible) {
-  MapPoint& point = *scene_map.map.point(PointId(0));
+  MapPoint& point = *scene_map.map.Find(PointId(0));
   point.p_W = kPose * Eigen::Vector3d(0, 0, 2);
   const auto is_visible = [&](double min_distance, double max_distance, double cosine) {
     point.min_distance = min_distance;
@@ -153,7 +153,7 @@ TEST_F(MapMatcherTest, ForgottenAndUnmatchedLandmarksAreSkipped) {
       matcher.MatchLast(*view.features, kPose, scene_map.map, *view.features, last_points).empty());
   last_points[2] = scene_map.map.keyframe(0_kf)->points[2];
   last_points[4] = scene_map.map.keyframe(0_kf)->points[4];
-  scene_map.map.RemovePoint(last_points[4]);
+  scene_map.map.Remove(last_points[4]);
   const PointMatches expected{{2, last_points[2]}};
   EXPECT_EQ(matcher.MatchLast(*view.features, kPose, scene_map.map, *view.features, last_points),
             expected);
@@ -168,7 +168,7 @@ TEST_F(MapMatcherTest, FindsTheLinesInView) {
   const SyntheticView next = Look(scene, IdealSensor(), kNext);
   std::vector<LineId> visible;
   const LineMatches matches =
-      matcher.MatchLines(*next.features, kNext, scene_map.map, scene_map.map.line_ids(),
+      matcher.MatchLines(*next.features, kNext, scene_map.map, scene_map.map.ids<MapLine>(),
                          NoneOf(next.lines.size()), &visible);
   int known = 0;
   for (const int place : next.lines) {
@@ -190,7 +190,7 @@ TEST_F(MapMatcherTest, LinesPassTheOutlierRuleOfTheModel) {
   const auto matches = [&](const MeasurementOptions& options) {
     const MeasurementModel rule(IdealSensor(), options);
     return MapMatcher(rule)
-        .MatchLines(*next.features, guess, scene_map.map, scene_map.map.line_ids(),
+        .MatchLines(*next.features, guess, scene_map.map, scene_map.map.ids<MapLine>(),
                     NoneOf(next.lines.size()))
         .size();
   };
@@ -202,7 +202,7 @@ TEST_F(MapMatcherTest, FindsLinesWithoutDescriptorsByTheirGates) {
   auto plain = std::make_shared<FrameFeatures>(*view.features);
   plain->line_descriptors = cv::Mat();
   const LineMatches matches = matcher.MatchLines(
-      *plain, kPose, scene_map.map, scene_map.map.line_ids(), NoneOf(view.lines.size()));
+      *plain, kPose, scene_map.map, scene_map.map.ids<MapLine>(), NoneOf(view.lines.size()));
   EXPECT_EQ(matches.size(), view.lines.size());
   for (const auto& [feature, id] : matches) {
     const int place = view.lines[static_cast<std::size_t>(feature)];
@@ -213,12 +213,12 @@ TEST_F(MapMatcherTest, FindsLinesWithoutDescriptorsByTheirGates) {
 TEST_F(MapMatcherTest, LinesTakenShortOrOutOfViewAreNotMatched) {
   std::vector<bool> taken(view.lines.size(), true);
   taken[1] = false;
-  const auto lines = scene_map.map.line_ids();
+  const auto lines = scene_map.map.ids<MapLine>();
   const LineMatches one = matcher.MatchLines(*view.features, kPose, scene_map.map, lines, taken);
   ASSERT_EQ(one.size(), 1u);
   EXPECT_EQ(one[0].first, 1);
 
-  MapLine& line = *scene_map.map.line(one[0].second);
+  MapLine& line = *scene_map.map.Find(one[0].second);
   const auto is_visible = [&](const Segment3& segment_C) {
     line.segment_W = kPose * segment_C;
     std::vector<LineId> visible;
@@ -237,9 +237,9 @@ TEST_F(MapMatcherTest, LinesTakenShortOrOutOfViewAreNotMatched) {
 TEST_F(MapMatcherTest, EmptyFeaturesMatchNothing) {
   const FrameFeatures empty;
   EXPECT_TRUE(
-      matcher.MatchPoints(empty, kPose, scene_map.map, scene_map.map.point_ids(), {}).empty());
+      matcher.MatchPoints(empty, kPose, scene_map.map, scene_map.map.ids<MapPoint>(), {}).empty());
   EXPECT_TRUE(
-      matcher.MatchLines(empty, kPose, scene_map.map, scene_map.map.line_ids(), {}).empty());
+      matcher.MatchLines(empty, kPose, scene_map.map, scene_map.map.ids<MapLine>(), {}).empty());
   EXPECT_TRUE(matcher
                   .MatchLast(empty, kPose, scene_map.map, *view.features,
                              scene_map.map.keyframe(0_kf)->points)

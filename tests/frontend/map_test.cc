@@ -47,31 +47,31 @@ TEST(Map, GivesAscendingIdsThatAreNeverUsedAgain) {
   Map map;
   const KeyFrameId k0 = map.AddKeyFrame(FrameOf(1, 1), Pose()).id;
   const KeyFrameId k1 = map.AddKeyFrame(FrameOf(1, 1), Pose()).id;
-  const PointId p0 = map.AddPoint({0, 0, 1}, 7).id;
-  const LineId l0 = map.AddLine(Segment3(), 7).id;
-  map.RemovePoint(p0);
-  map.RemoveLine(l0);
+  const PointId p0 = map.Add<MapPoint>({0, 0, 1}, 7).id;
+  const LineId l0 = map.Add<MapLine>(Segment3(), 7).id;
+  map.Remove(p0);
+  map.Remove(l0);
   map.RemoveKeyFrame(k0, k1);
   EXPECT_GT(map.AddKeyFrame(FrameOf(1), Pose()).id, k1);
-  EXPECT_GT(map.AddPoint({0, 0, 1}, 8).id, p0);
-  EXPECT_GT(map.AddLine(Segment3(), 8).id, l0);
-  EXPECT_EQ(map.point(p0), nullptr);
-  EXPECT_EQ(map.line(l0), nullptr);
+  EXPECT_GT(map.Add<MapPoint>({0, 0, 1}, 8).id, p0);
+  EXPECT_GT(map.Add<MapLine>(Segment3(), 8).id, l0);
+  EXPECT_EQ(map.Find(p0), nullptr);
+  EXPECT_EQ(map.Find(l0), nullptr);
   EXPECT_EQ(map.keyframe(k0), nullptr);
   EXPECT_EQ(map.num_keyframes(), 2u);
-  EXPECT_EQ(map.num_points(), 1u);
-  EXPECT_EQ(map.num_lines(), 1u);
+  EXPECT_EQ(map.num<MapPoint>(), 1u);
+  EXPECT_EQ(map.num<MapLine>(), 1u);
   EXPECT_EQ(map.keyframe_ids(), (std::vector<KeyFrameId>{1_kf, 2_kf}));
-  EXPECT_EQ(map.point_ids(), std::vector<PointId>{PointId(1)});
-  EXPECT_EQ(map.line_ids(), std::vector<LineId>{LineId(1)});
+  EXPECT_EQ(map.ids<MapPoint>(), std::vector<PointId>{PointId(1)});
+  EXPECT_EQ(map.ids<MapLine>(), std::vector<LineId>{LineId(1)});
 }
 
 TEST(Map, AnswersNothingForIdsItNeverGave) {
   const Map map;
   for (const int id : {-1, 0, 5}) {
     EXPECT_EQ(map.keyframe(KeyFrameId(id)), nullptr);
-    EXPECT_EQ(map.point(PointId(id)), nullptr);
-    EXPECT_EQ(map.line(LineId(id)), nullptr);
+    EXPECT_EQ(map.Find(PointId(id)), nullptr);
+    EXPECT_EQ(map.Find(LineId(id)), nullptr);
   }
   EXPECT_THROW(map.ResolvePose(0_kf), InvalidArgument);
   EXPECT_THROW(map.ResolvePose(kNoId), InvalidArgument);
@@ -80,78 +80,79 @@ TEST(Map, AnswersNothingForIdsItNeverGave) {
 TEST(Map, KeepsAnObservationOnBothSides) {
   Map map;
   const KeyFrameId k = map.AddKeyFrame(FrameOf(3, 2), Pose()).id;
-  const PointId p = map.AddPoint({0, 0, 1}, 0).id;
-  const LineId l = map.AddLine(Segment3(), 0).id;
-  EXPECT_TRUE(map.ObservePoint(k, 2, p));
-  EXPECT_TRUE(map.ObserveLine(k, 1, l));
+  const PointId p = map.Add<MapPoint>({0, 0, 1}, 0).id;
+  const LineId l = map.Add<MapLine>(Segment3(), 0).id;
+  EXPECT_TRUE(map.Observe(k, 2, p));
+  EXPECT_TRUE(map.Observe(k, 1, l));
   EXPECT_EQ(map.keyframe(k)->points, (std::vector<PointId>{kNoId, kNoId, p}));
   EXPECT_EQ(map.keyframe(k)->lines, (std::vector<LineId>{kNoId, l}));
-  ASSERT_EQ(map.point(p)->observations.size(), 1u);
-  EXPECT_EQ(map.point(p)->observations[0].keyframe, k);
-  EXPECT_EQ(map.point(p)->observations[0].index, 2);
-  ASSERT_EQ(map.line(l)->observations.size(), 1u);
-  EXPECT_EQ(map.line(l)->observations[0].index, 1);
+  ASSERT_EQ(map.Find(p)->observations.size(), 1u);
+  EXPECT_EQ(map.Find(p)->observations[0].keyframe, k);
+  EXPECT_EQ(map.Find(p)->observations[0].index, 2);
+  ASSERT_EQ(map.Find(l)->observations.size(), 1u);
+  EXPECT_EQ(map.Find(l)->observations[0].index, 1);
 }
 
 TEST(Map, RefusesASecondObservationAndATakenFeature) {
   Map map;
   const KeyFrameId k = map.AddKeyFrame(FrameOf(2), Pose()).id;
-  const PointId p = map.AddPoint({0, 0, 1}, 0).id, q = map.AddPoint({0, 0, 2}, 0).id;
-  EXPECT_TRUE(map.ObservePoint(k, 0, p));
-  EXPECT_FALSE(map.ObservePoint(k, 1, p)) << "seen already";
-  EXPECT_FALSE(map.ObservePoint(k, 0, q)) << "taken";
-  EXPECT_FALSE(map.ObservePoint(k, 1, kNoId));
-  EXPECT_FALSE(map.ObservePoint(9_kf, 1, q));
+  const PointId p = map.Add<MapPoint>({0, 0, 1}, 0).id, q = map.Add<MapPoint>({0, 0, 2}, 0).id;
+  EXPECT_TRUE(map.Observe(k, 0, p));
+  EXPECT_FALSE(map.Observe(k, 1, p)) << "seen already";
+  EXPECT_FALSE(map.Observe(k, 0, q)) << "taken";
+  EXPECT_FALSE(map.Observe(k, 1, PointId(kNoId)));
+  EXPECT_FALSE(map.Observe(9_kf, 1, q));
   EXPECT_EQ(map.keyframe(k)->points, (std::vector<PointId>{p, kNoId}));
-  EXPECT_TRUE(map.point(q)->observations.empty());
+  EXPECT_TRUE(map.Find(q)->observations.empty());
 }
 
 TEST(Map, RemovesALandmarkWithItsLastObservation) {
   Map map;
   const KeyFrameId k0 = map.AddKeyFrame(FrameOf(1, 1), Pose()).id;
   const KeyFrameId k1 = map.AddKeyFrame(FrameOf(1, 1), Pose()).id;
-  const PointId p = map.AddPoint({0, 0, 1}, 0).id;
-  const LineId l = map.AddLine(Segment3(), 0).id;
+  const PointId p = map.Add<MapPoint>({0, 0, 1}, 0).id;
+  const LineId l = map.Add<MapLine>(Segment3(), 0).id;
   for (const KeyFrameId k : {k0, k1}) {
-    map.ObservePoint(k, 0, p);
-    map.ObserveLine(k, 0, l);
+    map.Observe(k, 0, p);
+    map.Observe(k, 0, l);
   }
-  map.ForgetPointObservation(k0, p);
-  map.ForgetLineObservation(k0, l);
-  EXPECT_NE(map.point(p), nullptr);
+  map.Forget(k0, p);
+  map.Forget(k0, l);
+  EXPECT_NE(map.Find(p), nullptr);
   EXPECT_EQ(map.keyframe(k0)->points[0], kNoId);
   EXPECT_EQ(map.keyframe(k1)->points[0], p);
-  map.ForgetPointObservation(k0, p);  // not observed there: nothing to forget
-  EXPECT_NE(map.point(p), nullptr);
-  map.ForgetPointObservation(9_kf, p);  // no such keyframe, no such landmark
-  map.ForgetLineObservation(9_kf, l);
-  map.ForgetPointObservation(k1, PointId(9));
-  map.ForgetLineObservation(k1, LineId(9));
-  EXPECT_EQ(map.line(l)->observations.size(), 1u);
-  map.ForgetPointObservation(k1, p);
-  map.ForgetLineObservation(k1, l);
-  EXPECT_EQ(map.point(p), nullptr);
-  EXPECT_EQ(map.line(l), nullptr);
+  map.Forget(k0, p);  // not observed there: nothing to forget
+  EXPECT_NE(map.Find(p), nullptr);
+  map.Forget(9_kf, p);  // no such keyframe, no such landmark
+  map.Forget(9_kf, l);
+  map.Forget(k1, PointId(9));
+  map.Forget(k1, LineId(9));
+  EXPECT_EQ(map.Find(l)->observations.size(), 1u);
+  map.Forget(k1, p);
+  map.Forget(k1, l);
+  EXPECT_EQ(map.Find(p), nullptr);
+  EXPECT_EQ(map.Find(l), nullptr);
   EXPECT_EQ(map.keyframe(k1)->points[0], kNoId);
   EXPECT_EQ(map.keyframe(k1)->lines[0], kNoId);
-  EXPECT_EQ(map.num_points(), 0u);
-  EXPECT_EQ(map.num_lines(), 0u);
+  EXPECT_EQ(map.num<MapPoint>(), 0u);
+  EXPECT_EQ(map.num<MapLine>(), 0u);
 }
 
 TEST(Map, MergesObservationsAndCountsInTheOrderOfKeyFrames) {
   Map map;
   for (int i = 0; i < 4; ++i) map.AddKeyFrame(FrameOf(2), Pose());
-  const PointId from = map.AddPoint({0, 0, 1}, 0).id, into = map.AddPoint({0, 0, 1.01}, 0).id;
-  map.ObservePoint(0_kf, 0, from);
-  map.ObservePoint(1_kf, 0, from);
-  map.ObservePoint(2_kf, 0, from);
-  map.ObservePoint(1_kf, 1, into);
-  map.ObservePoint(3_kf, 1, into);
-  map.point(from)->visible = 5;
-  map.point(from)->found = 3;
-  map.MergePoints(from, into);
-  EXPECT_EQ(map.point(from), nullptr);
-  const MapPoint& point = *map.point(into);
+  const PointId from = map.Add<MapPoint>({0, 0, 1}, 0).id,
+                into = map.Add<MapPoint>({0, 0, 1.01}, 0).id;
+  map.Observe(0_kf, 0, from);
+  map.Observe(1_kf, 0, from);
+  map.Observe(2_kf, 0, from);
+  map.Observe(1_kf, 1, into);
+  map.Observe(3_kf, 1, into);
+  map.Find(from)->visible = 5;
+  map.Find(from)->found = 3;
+  map.Merge(from, into);
+  EXPECT_EQ(map.Find(from), nullptr);
+  const MapPoint& point = *map.Find(into);
   EXPECT_EQ(point.visible, 6);
   EXPECT_EQ(point.found, 4);
   ASSERT_EQ(point.observations.size(), 4u);
@@ -169,18 +170,18 @@ TEST(Map, MergesLinesAsItDoesPoints) {
   Map map;
   for (int i = 0; i < 3; ++i) map.AddKeyFrame(FrameOf(0, 2), Pose());
   const Segment3 segment({0, 0, 1}, {1, 0, 1});
-  const LineId from = map.AddLine(segment, 0).id, into = map.AddLine(segment, 0).id;
-  map.ObserveLine(0_kf, 0, from);
-  map.ObserveLine(1_kf, 0, from);
-  map.ObserveLine(1_kf, 1, into);
-  map.ObserveLine(2_kf, 1, into);
-  map.MergeLines(from, into);
-  map.MergeLines(from, into);
-  map.MergeLines(into, into);
-  EXPECT_EQ(map.line(from), nullptr);
-  ASSERT_NE(map.line(into), nullptr);
-  EXPECT_EQ(map.line(into)->observations.size(), 3u);
-  EXPECT_EQ(map.line(into)->found, 2);
+  const LineId from = map.Add<MapLine>(segment, 0).id, into = map.Add<MapLine>(segment, 0).id;
+  map.Observe(0_kf, 0, from);
+  map.Observe(1_kf, 0, from);
+  map.Observe(1_kf, 1, into);
+  map.Observe(2_kf, 1, into);
+  map.Merge(from, into);
+  map.Merge(from, into);
+  map.Merge(into, into);
+  EXPECT_EQ(map.Find(from), nullptr);
+  ASSERT_NE(map.Find(into), nullptr);
+  EXPECT_EQ(map.Find(into)->observations.size(), 3u);
+  EXPECT_EQ(map.Find(into)->found, 2);
   EXPECT_EQ(map.keyframe(0_kf)->lines[0], into);
   EXPECT_EQ(map.keyframe(1_kf)->lines[0], kNoId) << "it has its own observation of `into`";
 }
@@ -188,31 +189,32 @@ TEST(Map, MergesLinesAsItDoesPoints) {
 TEST(Map, MergingWithItselfOrNothingChangesNothing) {
   Map map;
   map.AddKeyFrame(FrameOf(1), Pose());
-  const PointId p = map.AddPoint({0, 0, 1}, 0).id;
-  map.ObservePoint(0_kf, 0, p);
-  map.MergePoints(p, p);
-  map.MergePoints(p, PointId(17));
-  map.MergePoints(PointId(17), p);
-  ASSERT_NE(map.point(p), nullptr);
-  EXPECT_EQ(map.point(p)->observations.size(), 1u);
-  EXPECT_EQ(map.point(p)->visible, 1);
+  const PointId p = map.Add<MapPoint>({0, 0, 1}, 0).id;
+  map.Observe(0_kf, 0, p);
+  map.Merge(p, p);
+  map.Merge(p, PointId(17));
+  map.Merge(PointId(17), p);
+  ASSERT_NE(map.Find(p), nullptr);
+  EXPECT_EQ(map.Find(p)->observations.size(), 1u);
+  EXPECT_EQ(map.Find(p)->visible, 1);
 }
 
 TEST(Map, RemovedKeyFrameTakesItsObservationsAlong) {
   Map map;
   map.AddKeyFrame(FrameOf(2, 1), Pose());
   map.AddKeyFrame(FrameOf(2, 1), Pose());
-  const PointId shared = map.AddPoint({0, 0, 1}, 0).id, alone = map.AddPoint({0, 0, 1}, 0).id;
-  const LineId line = map.AddLine(Segment3(), 0).id;
-  map.ObservePoint(0_kf, 0, shared);
-  map.ObservePoint(1_kf, 0, shared);
-  map.ObservePoint(0_kf, 1, alone);
-  map.ObserveLine(0_kf, 0, line);
+  const PointId shared = map.Add<MapPoint>({0, 0, 1}, 0).id,
+                alone = map.Add<MapPoint>({0, 0, 1}, 0).id;
+  const LineId line = map.Add<MapLine>(Segment3(), 0).id;
+  map.Observe(0_kf, 0, shared);
+  map.Observe(1_kf, 0, shared);
+  map.Observe(0_kf, 1, alone);
+  map.Observe(0_kf, 0, line);
   map.RemoveKeyFrame(0_kf, 1_kf);
-  ASSERT_NE(map.point(shared), nullptr);
-  EXPECT_EQ(map.point(shared)->observations.size(), 1u);
-  EXPECT_EQ(map.point(alone), nullptr);
-  EXPECT_EQ(map.line(line), nullptr);
+  ASSERT_NE(map.Find(shared), nullptr);
+  EXPECT_EQ(map.Find(shared)->observations.size(), 1u);
+  EXPECT_EQ(map.Find(alone), nullptr);
+  EXPECT_EQ(map.Find(line), nullptr);
 }
 
 TEST(Map, KeyFrameIsRemovedOnlyForAnotherLiveOne) {
@@ -251,29 +253,29 @@ TEST(Map, RefreshTakesTheMostCentralDescriptor) {
   Map map;
   const int bits[3] = {0, 10, 100};  // median distances, own one included: 10, 10, 90
   for (const int b : bits) map.AddKeyFrame(MakeFrame({FirstBits(b)}), Pose());
-  const PointId p = map.AddPoint({0, 0, 2}, 0).id;
-  map.ObservePoint(1_kf, 0, p);
+  const PointId p = map.Add<MapPoint>({0, 0, 2}, 0).id;
+  map.Observe(1_kf, 0, p);
   map.RefreshPoint(p, {});
-  EXPECT_EQ(map.point(p)->descriptor, FirstBits(10)) << "the only one";
-  map.ObservePoint(0_kf, 0, p);
-  map.ObservePoint(2_kf, 0, p);
+  EXPECT_EQ(map.Find(p)->descriptor, FirstBits(10)) << "the only one";
+  map.Observe(0_kf, 0, p);
+  map.Observe(2_kf, 0, p);
   map.AddKeyFrame(MakeFrame({FirstBits(12)}), Pose());
-  map.ObservePoint(3_kf, 0, p);
+  map.Observe(3_kf, 0, p);
   map.RefreshPoint(p, {});
   // {0, 10, 100, 12}: lower medians 10 (0), 2 (10), 88 (100), 2 (12); the first of equals.
-  EXPECT_EQ(map.point(p)->descriptor, FirstBits(10));
+  EXPECT_EQ(map.Find(p)->descriptor, FirstBits(10));
 }
 
 TEST(Map, RefreshTakesNormalAndScaleRange) {
   Map map;
   map.AddKeyFrame(MakeFrame({FirstBits(0)}, 0, {0}), At(-2, 0, 0));
   map.AddKeyFrame(MakeFrame({FirstBits(0)}, 0, {3}), At(2, 0, 0));
-  const PointId p = map.AddPoint({0, 0, 2}, 0).id;
+  const PointId p = map.Add<MapPoint>({0, 0, 2}, 0).id;
   // The newest keyframe comes first: it remains the relevant one.
-  map.ObservePoint(1_kf, 0, p);
-  map.ObservePoint(0_kf, 0, p);
+  map.Observe(1_kf, 0, p);
+  map.Observe(0_kf, 0, p);
   map.RefreshPoint(p, {});
-  const MapPoint& point = *map.point(p);
+  const MapPoint& point = *map.Find(p);
   EXPECT_TRUE(point.normal_W.isApprox(Eigen::Vector3d::UnitZ(), 1e-15));
   const double distance = 2.0 * std::numbers::sqrt2;
   EXPECT_DOUBLE_EQ(point.max_distance, distance * 1.2 * 1.2 * 1.2);
@@ -353,10 +355,10 @@ TEST(Map, RemovingTheFirstOfAChainUnties) {
 TEST(Map, TransformMovesEverything) {
   Map map = ImuConstrainedMap(3);
   map.RemoveKeyFrame(1_kf, 0_kf);
-  const PointId p = map.AddPoint({1, 2, 3}, 0).id;
-  map.point(p)->normal_W = {0, 0.6, 0.8};
+  const PointId p = map.Add<MapPoint>({1, 2, 3}, 0).id;
+  map.Find(p)->normal_W = {0, 0.6, 0.8};
   const Segment3 segment({1, 0, 0}, {0, 1, 2});
-  const LineId l = map.AddLine(segment, 0).id;
+  const LineId l = map.Add<MapLine>(segment, 0).id;
   map.SetGravity(Eigen::Vector3d(0.1, 0, -9.8));
   const InertialState before = *map.keyframe(2_kf)->motion;
   const Pose T = Pose::FromTangent({0.5, -1, 2}, {0.3, -0.7, 1.1});
@@ -368,10 +370,10 @@ TEST(Map, TransformMovesEverything) {
   EXPECT_TRUE(is_at(0_kf, At(0, 0, 0)));
   EXPECT_TRUE(is_at(1_kf, At(1, 0, 0))) << "one that was removed, through its parent";
   EXPECT_TRUE(is_at(2_kf, At(2, 0, 0)));
-  EXPECT_TRUE(map.point(p)->p_W.isApprox(T * Eigen::Vector3d(1, 2, 3), 1e-14));
-  EXPECT_TRUE(map.point(p)->normal_W.isApprox(T.q() * Eigen::Vector3d(0, 0.6, 0.8), 1e-14));
-  EXPECT_TRUE(map.line(l)->segment_W.p().isApprox(T * segment.p(), 1e-14));
-  EXPECT_TRUE(map.line(l)->segment_W.q().isApprox(T * segment.q(), 1e-14));
+  EXPECT_TRUE(map.Find(p)->p_W.isApprox(T * Eigen::Vector3d(1, 2, 3), 1e-14));
+  EXPECT_TRUE(map.Find(p)->normal_W.isApprox(T.q() * Eigen::Vector3d(0, 0.6, 0.8), 1e-14));
+  EXPECT_TRUE(map.Find(l)->segment_W.p().isApprox(T * segment.p(), 1e-14));
+  EXPECT_TRUE(map.Find(l)->segment_W.q().isApprox(T * segment.q(), 1e-14));
   EXPECT_TRUE(map.gravity_W()->isApprox(T.q() * Eigen::Vector3d(0.1, 0, -9.8), 1e-14));
   const InertialState& after = *map.keyframe(2_kf)->motion;
   EXPECT_TRUE(after.v_WB.isApprox(T.q() * before.v_WB, 1e-14));
@@ -383,13 +385,13 @@ TEST(Map, OrdersObserversByCountThenId) {
   Map map;
   for (int i = 0; i < 4; ++i) map.AddKeyFrame(FrameOf(3, 1), Pose());
   std::vector<PointId> points;
-  for (int i = 0; i < 3; ++i) points.push_back(map.AddPoint({0, 0, 1}, 0).id);
-  const LineId line = map.AddLine(Segment3(), 0).id;
-  for (int i = 0; i < 3; ++i) map.ObservePoint(2_kf, i, points[static_cast<std::size_t>(i)]);
-  map.ObservePoint(1_kf, 0, points[0]);
-  map.ObservePoint(0_kf, 1, points[1]);
-  map.ObserveLine(0_kf, 0, line);
-  map.ObserveLine(1_kf, 0, line);
+  for (int i = 0; i < 3; ++i) points.push_back(map.Add<MapPoint>({0, 0, 1}, 0).id);
+  const LineId line = map.Add<MapLine>(Segment3(), 0).id;
+  for (int i = 0; i < 3; ++i) map.Observe(2_kf, i, points[static_cast<std::size_t>(i)]);
+  map.Observe(1_kf, 0, points[0]);
+  map.Observe(0_kf, 1, points[1]);
+  map.Observe(0_kf, 0, line);
+  map.Observe(1_kf, 0, line);
   using Counts = std::vector<std::pair<KeyFrameId, int>>;
   EXPECT_EQ(map.Observers(points), (Counts{{2_kf, 3}, {0_kf, 1}, {1_kf, 1}}));
   const LineId lines[] = {line, kNoId};

@@ -81,7 +81,7 @@ TEST(MergeMaps, TwoSessionsOfOnePlaceBecomeOneMapInTheWorldOfTheFirst) {
   std::vector<Map> maps;
   maps.push_back(std::move(monday.scene.map));
   maps.push_back(std::move(tuesday.scene.map));
-  const std::size_t points = maps[0].num_points() + maps[1].num_points();
+  const std::size_t points = maps[0].num<MapPoint>() + maps[1].num<MapPoint>();
   std::size_t searched = 0;
   const MergedMaps merged = MergeMaps(monday.scene.model_sensor, std::move(maps), {},
                                       [&](std::size_t done, std::size_t total) {
@@ -94,7 +94,7 @@ TEST(MergeMaps, TwoSessionsOfOnePlaceBecomeOneMapInTheWorldOfTheFirst) {
   EXPECT_EQ(merged.keyframes[1].size(), 24U);
   EXPECT_EQ(CountMerges(merged), 1);
   ASSERT_EQ(merged.map.roots().size(), 1U);
-  EXPECT_LT(merged.map.num_points(), points - 300) << "what both have seen is one";
+  EXPECT_LT(merged.map.num<MapPoint>(), points - 300) << "what both have seen is one";
   EXPECT_LT(WorstSeam(merged, 0, 1, 10), kAtTheSeam) << "one place is one";
   EXPECT_LT(WorstError(merged, 0, monday, kMonday), kDrift);
   EXPECT_LT(WorstError(merged, 1, tuesday, kMonday), kDrift) << "of the correction of its world";
@@ -154,7 +154,7 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
   other.RemoveKeyFrame(2_kf, 1_kf);
   other.keyframe(3_kf)->found = 0.625;
   other.keyframe(3_kf)->depth_grid = cv::Mat(2, 3, CV_32FC1, cv::Scalar(1.5));
-  other.RemovePoint(other.point_ids().front());
+  other.Remove(other.ids<MapPoint>().front());
   const ReferenceFrameId known = map.factors().AddFrame({}),
                          marker = other.factors().AddFrame({.upright = false});
   const Pose T_FW = Pose::FromTangent({1, 2, 3}, {0, 0.1, 0.2});
@@ -163,16 +163,16 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
                    marker,
                    testing::PositionInFrame({4, 5, 6}, 0.1),
                    nullptr});
-  const std::size_t keyframes = map.num_keyframes(), points = map.num_points();
-  const std::size_t lines = map.num_lines();
-  other.point(other.point_ids().front())->patch = std::make_shared<const CornerPatch>();
-  const MapPoint last_point = *map.point(map.point_ids().back());
+  const std::size_t keyframes = map.num_keyframes(), points = map.num<MapPoint>();
+  const std::size_t lines = map.num<MapLine>();
+  other.Find(other.ids<MapPoint>().front())->patch = std::make_shared<const CornerPatch>();
+  const MapPoint last_point = *map.Find(map.ids<MapPoint>().back());
 
   const std::vector<KeyFrameId> added = AddMap(other, &map);
   ASSERT_EQ(added.size(), other.num_keyframes());
   EXPECT_EQ(map.num_keyframes(), keyframes + added.size());
-  EXPECT_EQ(map.num_points(), points + other.num_points());
-  EXPECT_EQ(map.num_lines(), lines + other.num_lines());
+  EXPECT_EQ(map.num<MapPoint>(), points + other.num<MapPoint>());
+  EXPECT_EQ(map.num<MapLine>(), lines + other.num<MapLine>());
   EXPECT_EQ(map.roots().size(), 3U);
   EXPECT_EQ(map.RootOf(added[0]), map.RootOf(added[5])) << "joined";
   EXPECT_NE(map.RootOf(added[0]), map.RootOf(added[6])) << "apart";
@@ -189,14 +189,14 @@ TEST(AddMap, IdsAreNewAndAllElseIsAsItWas) {
   EXPECT_EQ(place->Matrix(), T_FW.Matrix());
   EXPECT_EQ(map.keyframe(added[2])->found, 0.625) << "the third that is left";
   EXPECT_EQ(map.keyframe(added[2])->depth_grid.size(), cv::Size(3, 2));
-  EXPECT_EQ(map.point(last_point.id)->observations.size(), last_point.observations.size());
+  EXPECT_EQ(map.Find(last_point.id)->observations.size(), last_point.observations.size());
 
   const KeyFrame &old = *other.keyframe(1_kf), &same = *map.keyframe(added[1]);
   EXPECT_EQ(same.T_WC.Matrix(), old.T_WC.Matrix());
   for (std::size_t f = 0; f < old.points.size(); ++f) {
     ASSERT_EQ(old.points[f] == kNoId, same.points[f] == kNoId);
     if (old.points[f] == kNoId) continue;
-    const MapPoint &a = *other.point(old.points[f]), &b = *map.point(same.points[f]);
+    const MapPoint &a = *other.Find(old.points[f]), &b = *map.Find(same.points[f]);
     EXPECT_EQ(a.p_W, b.p_W);
     EXPECT_EQ(a.descriptor, b.descriptor);
     EXPECT_EQ(a.observations.size(), b.observations.size());

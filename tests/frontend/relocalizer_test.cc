@@ -57,7 +57,7 @@ TEST_F(RelocalizerTest, SetsWrongLandmarksAside) {
   // Forty in a hundred landmarks are displaced.
   std::vector<bool> moved(scene_map.point_ids.size(), false);
   for (std::size_t i = 0; i < moved.size(); ++i) {
-    MapPoint* point = scene_map.map.point(scene_map.point_ids[i]);
+    MapPoint* point = scene_map.map.Find(scene_map.point_ids[i]);
     moved[i] = i % 5 < 2;
     if (point != nullptr && moved[i]) point->p_W += Eigen::Vector3d(0.4, -0.3, 0.5);
   }
@@ -84,7 +84,7 @@ TEST_F(RelocalizerTest, NeedsNoMoreThanRansacFound) {
     for (std::size_t i = 0; i < moved.size(); ++i) {
       const Eigen::Vector3d step = testing::UniformInBox(rng, {-2, -2, -1}, {2, 2, 4});
       moved[i] = testing::Uniform(rng, 0.0, 1.0) < 0.7;
-      MapPoint* point = shaken.map.point(shaken.point_ids[i]);
+      MapPoint* point = shaken.map.Find(shaken.point_ids[i]);
       if (point != nullptr && moved[i]) point->p_W += step;
     }
     const SyntheticView view =

@@ -96,13 +96,13 @@ void Append(const Pose& T, Outcome& outcome) {
 
 void Append(const Map& map, Outcome& outcome) {
   for (const KeyFrameId id : map.keyframe_ids()) Append(map.keyframe(id)->T_WC, outcome);
-  for (const PointId id : map.point_ids()) {
-    const MapPoint& point = *map.point(id);
+  for (const PointId id : map.ids<MapPoint>()) {
+    const MapPoint& point = *map.Find(id);
     outcome.insert(outcome.end(), {point.p_W.x(), point.min_distance,
                                    static_cast<double>(point.observations.size())});
   }
-  for (const LineId id : map.line_ids()) {
-    const MapLine& line = *map.line(id);
+  for (const LineId id : map.ids<MapLine>()) {
+    const MapLine& line = *map.Find(id);
     outcome.insert(outcome.end(),
                    {line.segment_W.p().x(), static_cast<double>(line.observations.size())});
   }

@@ -214,10 +214,10 @@ TEST_F(SlamSubmapTest, ASessionBesideASavedMapJoinsIt) {
     const KeyFrame& keyframe = *saved.keyframe(id);
     ids[id] = map.AddKeyFrame(keyframe.frame, keyframe.T_WC).id;
   }
-  for (const PointId id : saved.point_ids()) {
-    MapPoint& point = map.AddPoint(saved.point(id)->p_W, 0);
-    for (const Observation& o : saved.point(id)->observations) {
-      map.ObservePoint(ids[o.keyframe], o.index, point.id);
+  for (const PointId id : saved.ids<MapPoint>()) {
+    MapPoint& point = map.Add<MapPoint>(saved.Find(id)->p_W, 0);
+    for (const Observation& o : saved.Find(id)->observations) {
+      map.Observe(ids[o.keyframe], o.index, point.id);
     }
     map.RefreshPoint(point.id, {});
   }

@@ -95,8 +95,8 @@ TEST_F(SlamSystemTest, TracksARoomToACentimetre) {
   EXPECT_LT(keyframes, kFrames / 2);
   EXPECT_EQ(system.keyframe_trajectory().size(), system.map().num_keyframes());
   EXPECT_LT(Rmse(system.keyframe_trajectory()), 0.01);
-  EXPECT_GT(system.map().num_points(), 300u);
-  EXPECT_GT(system.map().num_lines(), 10u);
+  EXPECT_GT(system.map().num<MapPoint>(), 300u);
+  EXPECT_GT(system.map().num<MapLine>(), 10u);
 }
 
 TEST_F(SlamSystemTest, WorldBeginsAtTheFirstCameraWithZUp) {
@@ -120,7 +120,7 @@ TEST_F(SlamSystemTest, TracksWithPointsAlone) {
     ASSERT_EQ(result.state, TrackingState::kTracking) << i;
     EXPECT_EQ(result.lines, 0);
   }
-  EXPECT_EQ(system.map().num_lines(), 0u);
+  EXPECT_EQ(system.map().num<MapLine>(), 0u);
   EXPECT_LT(Rmse(system.trajectory()), 0.01);
 }
 

@@ -40,9 +40,9 @@ class SubmapsTest : public ::testing::Test {
   }
   void Add(double x, SubmapId submap) {
     const KeyFrameId id = map.AddKeyFrame(FrameOfOnePoint(), At(x), submap).id;
-    const PointId point = map.AddPoint({x, 0, 2}, 0).id;
+    const PointId point = map.Add<MapPoint>({x, 0, 2}, 0).id;
     points.push_back(point);
-    map.ObservePoint(id, 0, point);
+    map.Observe(id, 0, point);
   }
   double X(KeyFrameId id) const { return map.ResolvePose(id).p().x(); }
 
@@ -71,8 +71,8 @@ TEST_F(SubmapsTest, OneIsMovedWithoutTheOthers) {
   EXPECT_DOUBLE_EQ(X(0_kf), 0.0);
   EXPECT_DOUBLE_EQ(X(2_kf), 110.0);
   EXPECT_DOUBLE_EQ(X(4_kf), 120.0) << "joined with it";
-  EXPECT_DOUBLE_EQ(map.point(points[1])->p_W.x(), 1.0);
-  EXPECT_DOUBLE_EQ(map.point(points[3])->p_W.x(), 111.0);
+  EXPECT_DOUBLE_EQ(map.Find(points[1])->p_W.x(), 1.0);
+  EXPECT_DOUBLE_EQ(map.Find(points[3])->p_W.x(), 111.0);
 }
 
 TEST_F(SubmapsTest, EachHasAnOriginUntilItIsJoined) {
@@ -102,7 +102,7 @@ TEST_F(SubmapsTest, OneThatIsRemovedTakesEverythingAlong) {
   map.RemoveSubmap(third);
   EXPECT_EQ(map.roots(), std::vector<SubmapId>{kFirstSubmap});
   EXPECT_EQ(map.keyframe_ids(), (Ids{0_kf, 1_kf}));
-  EXPECT_EQ(map.num_points(), 2U);
+  EXPECT_EQ(map.num<MapPoint>(), 2U);
   EXPECT_EQ(map.index().size(), 2U);
   EXPECT_FALSE(map.RootOf(2_kf));
   EXPECT_FALSE(map.RootOf(3_kf)) << "hung on one that is no more";

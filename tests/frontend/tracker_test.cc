@@ -91,8 +91,8 @@ TEST_F(TrackerTest, CountsLandmarksInViewAndMatched) {
   const TrackedFrame tracked = Track(tracker, view);
   ASSERT_EQ(tracked.state, TrackingState::kTracking);
   int found = 0;
-  for (const PointId id : scene_map.map.point_ids()) {
-    const MapPoint& point = *scene_map.map.point(id);
+  for (const PointId id : scene_map.map.ids<MapPoint>()) {
+    const MapPoint& point = *scene_map.map.Find(id);
     EXPECT_LE(point.visible, 2);
     EXPECT_LE(point.found, point.visible);
     found += point.found - 1;
@@ -162,8 +162,8 @@ TEST_F(TrackerTest, FollowsFeaturesWithoutDepth) {
 TEST_F(TrackerTest, LandmarksRemovedMeanwhileAreNoHarm) {
   Tracker tracker(model, {});
   Start(tracker, PoseOfFrame(0));
-  for (const PointId id : scene_map.map.point_ids()) {
-    if (id.value() % 3 == 0) scene_map.map.RemovePoint(id);
+  for (const PointId id : scene_map.map.ids<MapPoint>()) {
+    if (id.value() % 3 == 0) scene_map.map.Remove(id);
   }
   scene_map.map.RemoveKeyFrame(1_kf, 0_kf);
   ExpectAt(Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(1))), PoseOfFrame(1), 1e-6);
@@ -173,11 +173,11 @@ TEST_F(TrackerTest, AnchorMovesTheLastFrame) {
   Tracker tracker(model, {});
   // The whole map moves by a metre, as an adjustment may do; the tracker is notified by the anchor.
   const Pose T_shift = Pose::FromTangent({1, 0, 0}, {0, 0, 0.3});
-  for (const PointId id : scene_map.map.point_ids()) {
-    scene_map.map.point(id)->p_W = T_shift * scene_map.map.point(id)->p_W;
+  for (const PointId id : scene_map.map.ids<MapPoint>()) {
+    scene_map.map.Find(id)->p_W = T_shift * scene_map.map.Find(id)->p_W;
   }
-  for (const LineId id : scene_map.map.line_ids()) {
-    scene_map.map.line(id)->segment_W = T_shift * scene_map.map.line(id)->segment_W;
+  for (const LineId id : scene_map.map.ids<MapLine>()) {
+    scene_map.map.Find(id)->segment_W = T_shift * scene_map.map.Find(id)->segment_W;
   }
   for (const KeyFrameId id : scene_map.map.keyframe_ids()) {
     scene_map.map.keyframe(id)->T_WC = T_shift * scene_map.map.keyframe(id)->T_WC;

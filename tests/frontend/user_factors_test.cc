@@ -162,8 +162,8 @@ TEST_F(UserFactorsTest, PullsAKeyFrameInAnAdjustment) {
   const Pose T_FW = Pose::FromTangent({10, -4, 2}, {0, 0, 1.0});
   map.factors().Place(frame, kFirstSubmap, T_FW);
   const Eigen::Vector3d off(0.05, 0, 0);
-  for (const PointId id : map.point_ids()) map.RemovePoint(id);
-  for (const LineId id : map.line_ids()) map.RemoveLine(id);
+  for (const PointId id : map.ids<MapPoint>()) map.Remove(id);
+  for (const LineId id : map.ids<MapLine>()) map.Remove(id);
   map.keyframe(3_kf)->T_WC = Pose(truth[3].q(), truth[3].p() + off);
   map.AddFactor({{{3_kf, Pose()}}, frame, PositionInFrame(T_FW * truth[3].p(), 0.01), nullptr});
   const std::vector<KeyFrameId> free{3_kf}, fixed{0_kf, 1_kf, 2_kf};

@@ -50,14 +50,14 @@ Map SmallMap(const cv::Mat& depth_grid = {}) {
   const KeyFrameId b =
       map.AddKeyFrame({1, 2'000, features}, Pose::FromTangent({0.1, 0, 0}, {0, 0, 0})).id;
   for (const int i : {0, 1}) {
-    const PointId id = map.AddPoint({0.5 * i, 0.0, 2.0}, 0).id;
-    map.ObservePoint(a, i, id);
-    map.ObservePoint(b, i, id);
+    const PointId id = map.Add<MapPoint>({0.5 * i, 0.0, 2.0}, 0).id;
+    map.Observe(a, i, id);
+    map.Observe(b, i, id);
     map.RefreshPoint(id, {});
   }
-  const LineId line = map.AddLine({{0, 0, 2}, {1, 0, 2}}, 0).id;
-  map.ObserveLine(a, 0, line);
-  map.ObserveLine(b, 0, line);
+  const LineId line = map.Add<MapLine>({{0, 0, 2}, {1, 0, 2}}, 0).id;
+  map.Observe(a, 0, line);
+  map.Observe(b, 0, line);
   return map;
 }
 
@@ -112,9 +112,9 @@ void Use(SavedMap saved) {
     for (const KeyFrameId id : saved.map.KeyFramesOf(root)) saved.map.IsOrigin(id);
     saved.map.gravity_W(root);
   }
-  for (const PointId id : saved.map.point_ids()) saved.map.RefreshPoint(id, {});
-  for (const LineId id : saved.map.line_ids()) {
-    const Segment3& segment_W = saved.map.line(id)->segment_W;
+  for (const PointId id : saved.map.ids<MapPoint>()) saved.map.RefreshPoint(id, {});
+  for (const LineId id : saved.map.ids<MapLine>()) {
+    const Segment3& segment_W = saved.map.Find(id)->segment_W;
     OrthonormalLine(PluckerLine::FromPoints(segment_W.p(), segment_W.q()));
   }
   for (const MapFactor& factor : saved.map.factors().all()) {

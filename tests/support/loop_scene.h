@@ -91,22 +91,22 @@ class LoopScene {
     for (std::size_t f = 0; f < view.points.size(); ++f) {
       const auto s = static_cast<std::size_t>(view.points[f]);
       if (point_ids_[s] == kNoId) {
-        point_ids_[s] = map.AddPoint(T_W_true * seen.points[s].p_W, i).id;
+        point_ids_[s] = map.Add<MapPoint>(T_W_true * seen.points[s].p_W, i).id;
         all_points_[s].push_back(point_ids_[s]);
       }
-      map.ObservePoint(id, static_cast<int>(f), point_ids_[s]);
+      map.Observe(id, static_cast<int>(f), point_ids_[s]);
       map.RefreshPoint(point_ids_[s], kPyramid);
     }
     for (std::size_t f = 0; f < view.lines.size(); ++f) {
       const auto s = static_cast<std::size_t>(view.lines[f]);
       if (line_ids_[s] == kNoId) {
-        MapLine& line = map.AddLine(T_W_true * seen.lines[s].segment_W, i);
+        MapLine& line = map.Add<MapLine>(T_W_true * seen.lines[s].segment_W, i);
         line.descriptor = seen.lines[s].descriptor;
         line.has_descriptor = true;
         line_ids_[s] = line.id;
         all_lines_[s].push_back(line.id);
       }
-      map.ObserveLine(id, static_cast<int>(f), line_ids_[s]);
+      map.Observe(id, static_cast<int>(f), line_ids_[s]);
     }
     return id;
   }
@@ -192,10 +192,10 @@ class LoopScene {
       return kNoId;
     };
     for (std::size_t s = 0; s < point_ids_.size(); ++s) {
-      point_ids_[s] = current(all_points_[s], [&](PointId id) { return map.point(id); });
+      point_ids_[s] = current(all_points_[s], [&](PointId id) { return map.Find(id); });
     }
     for (std::size_t s = 0; s < line_ids_.size(); ++s) {
-      line_ids_[s] = current(all_lines_[s], [&](LineId id) { return map.line(id); });
+      line_ids_[s] = current(all_lines_[s], [&](LineId id) { return map.Find(id); });
     }
   }
 

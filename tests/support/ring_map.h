@@ -66,7 +66,7 @@ class RingMap {
     constexpr int kNew = 25, kViews = 6;  // new landmarks of a keyframe, keyframes that see one
     const RgbdSensor sensor = IdealSensor();
     for (int i = 0; i < kNew; ++i) {
-      points_.push_back(map.AddPoint(truth.back() * Eigen::Vector3d(0, 0, 3), index).id);
+      points_.push_back(map.Add<MapPoint>(truth.back() * Eigen::Vector3d(0, 0, 3), index).id);
     }
     const std::size_t seen = std::min<std::size_t>(points_.size(), kNew * kViews);
     auto features = std::make_shared<FrameFeatures>();
@@ -80,7 +80,7 @@ class RingMap {
     const Frame frame{.index = index, .stamp = 1'000'000'000LL * index, .features = features};
     const KeyFrameId id = map.AddKeyFrame(frame, truth.back()).id;
     for (std::size_t i = 0; i < seen; ++i) {
-      map.ObservePoint(id, static_cast<int>(i), points_[points_.size() - seen + i]);
+      map.Observe(id, static_cast<int>(i), points_[points_.size() - seen + i]);
     }
   }
 

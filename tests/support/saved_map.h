@@ -44,8 +44,8 @@ class SavedMapTest : public ::testing::Test {
     }
     // Gaps in the ids.
     map().RemoveKeyFrame(1_kf, 0_kf);
-    map().RemovePoint(map().point_ids()[3]);
-    map().RemoveLine(map().line_ids()[2]);
+    map().Remove(map().ids<MapPoint>()[3]);
+    map().Remove(map().ids<MapLine>()[2]);
     std::filesystem::remove(path);
   }
   ~SavedMapTest() override { std::filesystem::remove(path); }

@@ -230,18 +230,18 @@ class SceneMap {
     const KeyFrameId id = map.AddKeyFrame(MakeFrame(view, index), T_WC).id;
     for (std::size_t i = 0; i < view.points.size(); ++i) {
       const auto s = static_cast<std::size_t>(view.points[i]);
-      if (point_ids[s] == kNoId) point_ids[s] = map.AddPoint(scene_.points[s].p_W, index).id;
-      map.ObservePoint(id, static_cast<int>(i), point_ids[s]);
+      if (point_ids[s] == kNoId) point_ids[s] = map.Add<MapPoint>(scene_.points[s].p_W, index).id;
+      map.Observe(id, static_cast<int>(i), point_ids[s]);
     }
     for (std::size_t i = 0; i < view.lines.size(); ++i) {
       const auto s = static_cast<std::size_t>(view.lines[i]);
       if (line_ids[s] == kNoId) {
-        MapLine& line = map.AddLine(scene_.lines[s].segment_W, index);
+        MapLine& line = map.Add<MapLine>(scene_.lines[s].segment_W, index);
         line.descriptor = scene_.lines[s].descriptor;
         line.has_descriptor = true;
         line_ids[s] = line.id;
       }
-      map.ObserveLine(id, static_cast<int>(i), line_ids[s]);
+      map.Observe(id, static_cast<int>(i), line_ids[s]);
     }
     for (const PointId point : map.keyframe(id)->points) {
       map.RefreshPoint(point, kPyramid);

@@ -110,8 +110,8 @@ class CameraGraph {
 
   // Adds the points that two or more keyframes observe and whose distance is observable.
   void AddPoints() {
-    for (const PointId id : map_.point_ids()) {
-      const MapPoint& point = *map_.point(id);
+    for (const PointId id : map_.ids<MapPoint>()) {
+      const MapPoint& point = *map_.Find(id);
       std::vector<Observation> seen;
       std::copy_if(point.observations.begin(), point.observations.end(), std::back_inserter(seen),
                    [&](const Observation& o) { return poses_.contains(o.keyframe); });

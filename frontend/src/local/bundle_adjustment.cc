@@ -59,14 +59,14 @@ struct BundleAdjuster::Result {
       keyframe->motion->bias = motion.bias;
     }
     for (const auto& [id, p_W] : points) {
-      if (MapPoint* point = map.point(id)) point->p_W = p_W;
+      if (MapPoint* point = map.Find(id)) point->p_W = p_W;
     }
     for (const auto& [id, line_W] : lines) {
-      MapLine* line = map.line(id);
+      MapLine* line = map.Find(id);
       if (line == nullptr) continue;
       line->segment_W = TrimTo(line_W, line->segment_W);
       // A line that has rotated across its old ends has no length between them.
-      if (!(line->segment_W.Length() >= kMinLineLength)) map.RemoveLine(id);
+      if (!(line->segment_W.Length() >= kMinLineLength)) map.Remove(id);
     }
     for (const auto& [id, T_FW] : frames) map.factors().Place(id, map.Root(world), T_FW);
     if (gravity_W) map.SetGravity(gravity_W, world);
@@ -145,10 +145,10 @@ class BundleAdjuster::Problem {
     for (const KeyFrameId id : ids) {
       const KeyFrame& keyframe = *map.keyframe(id);
       for (const PointId p : keyframe.points) {
-        if (p != kNoId && !points_.contains(p)) AddPoint(map, *map.point(p));
+        if (p != kNoId && !points_.contains(p)) AddPoint(map, *map.Find(p));
       }
       for (const LineId l : keyframe.lines) {
-        if (l != kNoId && !lines_.contains(l)) AddLine(map, *map.line(l));
+        if (l != kNoId && !lines_.contains(l)) AddLine(map, *map.Find(l));
       }
     }
   }

@@ -49,7 +49,7 @@ std::shared_ptr<const FrameFeatures> CornerRefiner::Refine(const TrackedFrame& t
   refined->gray.release();
   const Pose T_CW = tracked.T_WC.Inverse();
   for (std::size_t i = 0; i < tracked.points.size(); ++i) {
-    const MapPoint* point = map.point(tracked.points[i]);
+    const MapPoint* point = map.Find(tracked.points[i]);
     if (point == nullptr || point->patch == nullptr) continue;
     const KeyFrameId reference = point->patch->keyframe;
     if (map.RootOf(reference) != map.Root(tracked.submap)) continue;
@@ -88,7 +88,7 @@ void CornerRefiner::Remember(const KeyFrame& keyframe, const ImageLevels& image,
   const FrameFeatures& features = *keyframe.frame.features;
   const Pose T_CW = keyframe.T_WC.Inverse();
   for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
-    MapPoint* point = map->point(keyframe.points[i]);
+    MapPoint* point = map->Find(keyframe.points[i]);
     if (point == nullptr || point->patch != nullptr) continue;
     const PointFeature& feature = features.points[i];
     const double radius = CornerPatch::kCompared * image.Scale(feature.octave);

@@ -94,10 +94,10 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   keyframe.depth_grid = Standing(keyframe.depth_grid, tracked.moving);
   report.keyframe = newest_ = keyframe.id;
   for (std::size_t i = 0; i < tracked.points.size(); ++i) {
-    map.ObservePoint(keyframe.id, static_cast<int>(i), tracked.points[i]);
+    map.Observe(keyframe.id, static_cast<int>(i), tracked.points[i]);
   }
   for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
-    map.ObserveLine(keyframe.id, static_cast<int>(i), tracked.lines[i]);
+    map.Observe(keyframe.id, static_cast<int>(i), tracked.lines[i]);
   }
   CullUnseen(left, map);  // only now: this keyframe may observe them
   CullLandmarks(keyframe.id, map, report);
@@ -150,8 +150,8 @@ void LocalMapper::CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport&
     if (keyframe.points[i] != kNoId) continue;
     if (!HasSoundDepth(features[i], options_.max_depth_sigma)) continue;
     const Eigen::Vector3d p_C = model_.camera().Unproject(features[i].uv, features[i].depth);
-    const MapPoint& point = map.AddPoint(keyframe.T_WC * p_C, keyframe.frame.index);
-    map.ObservePoint(keyframe.id, static_cast<int>(i), point.id);
+    const MapPoint& point = map.Add<MapPoint>(keyframe.T_WC * p_C, keyframe.frame.index);
+    map.Observe(keyframe.id, static_cast<int>(i), point.id);
     recent_points_.emplace_back(point.id, keyframe.id);
     ++report.new_points;
   }
@@ -163,9 +163,9 @@ void LocalMapper::TriangulatePoints(const KeyFrame& keyframe, Map& map,
       Neighbours(map, keyframe.id, kSharedToSearch, options_.triangulation.keyframes);
   for (const DepthlessPoint& found : FindDepthlessPoints(
            model_, map, keyframe.id, neighbours, options_.triangulation, options_.bundle.inliers)) {
-    const MapPoint& point = map.AddPoint(found.p_W, keyframe.frame.index);
+    const MapPoint& point = map.Add<MapPoint>(found.p_W, keyframe.frame.index);
     for (const Observation& o : found.observations) {
-      map.ObservePoint(o.keyframe, o.index, point.id);
+      map.Observe(o.keyframe, o.index, point.id);
     }
     recent_points_.emplace_back(point.id, keyframe.id);
     ++report.triangulated_points;
@@ -180,7 +180,7 @@ void LocalMapper::CreateLines(const KeyFrame& keyframe, Map& map, LocalMappingRe
     const Segment3 segment_C(fit.p_C, fit.q_C);
     if (segment_C.Length() < options_.min_line_length) continue;
     const int index = static_cast<int>(i);
-    map.ObserveLine(keyframe.id, index, AddLine(keyframe, index, keyframe.T_WC * segment_C, map));
+    map.Observe(keyframe.id, index, AddLine(keyframe, index, keyframe.T_WC * segment_C, map));
     ++report.new_lines;
   }
 }
@@ -192,14 +192,14 @@ void LocalMapper::TriangulateLines(const KeyFrame& keyframe, Map& map, LocalMapp
            model_, map, keyframe.id, neighbours, options_.triangulation, options_.bundle.inliers)) {
     if (found.segment_W.Length() < options_.min_line_length) continue;
     const LineId line = AddLine(keyframe, found.observations.front().index, found.segment_W, map);
-    for (const Observation& o : found.observations) map.ObserveLine(o.keyframe, o.index, line);
+    for (const Observation& o : found.observations) map.Observe(o.keyframe, o.index, line);
     ++report.triangulated_lines;
   }
 }
 
 LineId LocalMapper::AddLine(const KeyFrame& keyframe, int index, const Segment3& segment_W,
                             Map& map) {
-  MapLine& line = map.AddLine(segment_W, keyframe.frame.index);
+  MapLine& line = map.Add<MapLine>(segment_W, keyframe.frame.index);
   const cv::Mat& descriptors = keyframe.frame.features->line_descriptors;
   if (!descriptors.empty()) {
     line.descriptor = DescriptorRow(descriptors, index);
@@ -213,8 +213,8 @@ void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& re
   const KeyFrame& keyframe = *map.keyframe(id);
   const auto neighbours = Neighbours(map, id, kSharedToSearch, options_.fused_keyframes);
   const MapFusion fusion = FuseLandmarks(
-      id, PointsSeenBy(map, neighbours, keyframe.points),
-      LinesSeenBy(map, neighbours, keyframe.lines), matcher_,
+      id, map.SeenBy<MapPoint>(neighbours, keyframe.points),
+      map.SeenBy<MapLine>(neighbours, keyframe.lines), matcher_,
       {.inliers = options_.bundle.inliers, .keep_more_observed = true, .merge_lines = false}, &map);
   report.fused_points += static_cast<int>(fusion.points.size());
 }
@@ -229,20 +229,20 @@ bool LocalMapper::Fails(const Landmark& landmark, KeyFrameId created, KeyFrameId
 
 void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report) {
   std::erase_if(recent_points_, [&](const auto& recent) {
-    const MapPoint* point = map.point(recent.first);
+    const MapPoint* point = map.Find(recent.first);
     if (point == nullptr) return true;
     if (Fails(*point, recent.second, newest)) {
-      map.RemovePoint(recent.first);
+      map.Remove(recent.first);
       ++report.culled_points;
       return true;
     }
     return Between(recent.second, newest) >= options_.probation_keyframes;
   });
   std::erase_if(recent_lines_, [&](const auto& recent) {
-    const MapLine* line = map.line(recent.first);
+    const MapLine* line = map.Find(recent.first);
     if (line == nullptr) return true;
     if (Fails(*line, recent.second, newest)) {
-      map.RemoveLine(recent.first);
+      map.Remove(recent.first);
       ++report.culled_lines;
       return true;
     }
@@ -313,7 +313,7 @@ LocalMapper::Landmarks LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& 
 bool LocalMapper::IsRedundant(const KeyFrame& keyframe, const Map& map) const {
   int points = 0, redundant_points = 0, lines = 0, redundant_lines = 0;
   for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
-    const MapPoint* point = map.point(keyframe.points[i]);
+    const MapPoint* point = map.Find(keyframe.points[i]);
     if (point == nullptr) continue;
     ++points;
     const int octave = keyframe.frame.features->points[i].octave;
@@ -327,7 +327,7 @@ bool LocalMapper::IsRedundant(const KeyFrame& keyframe, const Map& map) const {
     if (others >= options_.redundant_observers) ++redundant_points;
   }
   for (const LineId id : keyframe.lines) {
-    const MapLine* line = map.line(id);
+    const MapLine* line = map.Find(id);
     if (line == nullptr) continue;
     ++lines;
     const int others = static_cast<int>(line->observations.size()) - 1;
@@ -344,10 +344,10 @@ void LocalMapper::CullUnseen(const Landmarks& landmarks, Map& map) const {
            static_cast<int>(landmark->observations.size()) < options_.min_observations;
   };
   for (const PointId p : landmarks.points) {
-    if (too_few(map.point(p))) map.RemovePoint(p);
+    if (too_few(map.Find(p))) map.Remove(p);
   }
   for (const LineId l : landmarks.lines) {
-    if (too_few(map.line(l))) map.RemoveLine(l);
+    if (too_few(map.Find(l))) map.Remove(l);
   }
 }
 

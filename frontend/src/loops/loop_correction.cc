@@ -25,8 +25,8 @@ MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, int neighbours,
   for (const KeyFrameId id : newer) {
     const KeyFrame& keyframe = *map->keyframe(id);
     if (std::find(older.begin(), older.end(), id) != older.end()) continue;
-    all.Append(FuseLandmarks(id, PointsSeenBy(*map, older, keyframe.points),
-                             LinesSeenBy(*map, older, keyframe.lines), matcher, {}, map));
+    all.Append(FuseLandmarks(id, map->SeenBy<MapPoint>(older, keyframe.points),
+                             map->SeenBy<MapLine>(older, keyframe.lines), matcher, {}, map));
   }
   return all;
 }

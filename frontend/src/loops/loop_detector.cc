@@ -52,12 +52,12 @@ bool Solve(const MeasurementModel& model, const Map& map, const FrameFeatures& f
   std::vector<PosePoint> points;
   for (const auto& [feature, id] : found->points) {
     points.push_back(
-        MakePosePoint(model, *map.point(id), features.points[static_cast<std::size_t>(feature)]));
+        MakePosePoint(model, *map.Find(id), features.points[static_cast<std::size_t>(feature)]));
   }
   std::vector<PoseLine> lines;
   std::erase_if(found->lines, [&](const auto& match) {
     const auto line =
-        MakePoseLine(model, *map.line(match.second),
+        MakePoseLine(model, *map.Find(match.second),
                      features.lines[static_cast<std::size_t>(match.first)], found->T_WC);
     if (line) lines.push_back(*line);
     return !line;
@@ -244,10 +244,10 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
   std::vector<PointId> points_in_view;
   std::vector<LineId> lines_in_view;
   const auto points =
-      matcher_.MatchPoints(features, found->T_WC, map, PointsSeenBy(map, place, own_points),
+      matcher_.MatchPoints(features, found->T_WC, map, map.SeenBy<MapPoint>(place, own_points),
                            Taken(features.points.size(), found->points), &points_in_view);
   const auto lines =
-      matcher_.MatchLines(features, found->T_WC, map, LinesSeenBy(map, place, own_lines),
+      matcher_.MatchLines(features, found->T_WC, map, map.SeenBy<MapLine>(place, own_lines),
                           Taken(features.lines.size(), found->lines), &lines_in_view);
   const auto in_view = static_cast<double>(
       Support(points_in_view.size() + own_points.size(), lines_in_view.size() + own_lines.size()));

@@ -23,14 +23,6 @@ Submaps AddSubmaps(const Map& other, Map* map) {
   return submaps;
 }
 
-template <class LandmarkId>
-void Observe(const std::vector<Observation>& observations, const KeyFrames& keyframes,
-             LandmarkId id, bool (Map::*observe)(KeyFrameId, int, LandmarkId), Map* map) {
-  for (const Observation& o : observations) {
-    (map->*observe)(keyframes.at(o.keyframe), o.index, id);
-  }
-}
-
 // Frames remain separate even if they are the same: each map has its own estimate of T_FW.
 void AddFactors(const Map& other, const Submaps& submaps, const KeyFrames& keyframes, Map* map) {
   std::map<ReferenceFrameId, ReferenceFrameId> frames;
@@ -50,13 +42,22 @@ void AddFactors(const Map& other, const Submaps& submaps, const KeyFrames& keyfr
   }
 }
 
-// landmark: of another map. Copies everything but its observations.
 template <class Landmark>
-void Copy(const Landmark& landmark, Landmark& added) {
-  const auto id = added.id;
-  added = landmark;
-  added.id = id;
-  added.observations.clear();
+void AddLandmarks(const Map& other, const KeyFrames& keyframes, Map* map) {
+  for (const Id<Landmark> old_id : other.ids<Landmark>()) {
+    const Landmark& old = *other.Find(old_id);
+    Landmark& added =
+        map->Add<Landmark>(LandmarkTraits<Landmark>::PositionOf(old), old.first_frame);
+    const Id<Landmark> id = added.id;
+    added = old;
+    added.id = id;
+    added.observations.clear();
+    // It refers to a keyframe by its old id.
+    if constexpr (requires { added.patch; }) added.patch.reset();
+    for (const Observation& o : old.observations) {
+      map->Observe(keyframes.at(o.keyframe), o.index, id);
+    }
+  }
 }
 
 }  // namespace
@@ -73,19 +74,7 @@ std::vector<KeyFrameId> AddMap(const Map& other, Map* map) {
     keyframes[id] = keyframe.id;
     added.push_back(keyframe.id);
   }
-  for (const PointId id : other.point_ids()) {
-    const MapPoint& old = *other.point(id);
-    MapPoint& point = map->AddPoint(old.p_W, old.first_frame);
-    Copy(old, point);
-    point.patch.reset();  // refers to a keyframe by its old id
-    Observe(old.observations, keyframes, point.id, &Map::ObservePoint, map);
-  }
-  for (const LineId id : other.line_ids()) {
-    const MapLine& old = *other.line(id);
-    MapLine& line = map->AddLine(old.segment_W, old.first_frame);
-    Copy(old, line);
-    Observe(old.observations, keyframes, line.id, &Map::ObserveLine, map);
-  }
+  ForEachKind([&]<class Landmark>() { AddLandmarks<Landmark>(other, keyframes, map); });
   AddFactors(other, submaps, keyframes, map);
   return added;
 }

@@ -23,7 +23,7 @@ void Add(KeyFrameId keyframe, const std::vector<std::pair<int, LandmarkId>>& mat
 // Swaps the pairs whose first landmark has at least as many observations as the second.
 void KeepMoreObserved(const Map& map, std::vector<std::pair<PointId, PointId>>* merged) {
   for (auto& [from, into] : *merged) {
-    if (map.point(from)->observations.size() >= map.point(into)->observations.size()) {
+    if (map.Find(from)->observations.size() >= map.Find(into)->observations.size()) {
       std::swap(from, into);
     }
   }
@@ -49,13 +49,13 @@ MapFusion FusionOf(const KeyFrame& keyframe, const PointMatches& points, const L
 }
 
 void Apply(const MapFusion& fusion, Map* map) {
-  for (const auto& [from, into] : fusion.points) map->MergePoints(from, into);
-  for (const auto& [from, into] : fusion.lines) map->MergeLines(from, into);
+  for (const auto& [from, into] : fusion.points) map->Merge(from, into);
+  for (const auto& [from, into] : fusion.lines) map->Merge(from, into);
   for (const auto& found : fusion.point_observations) {
-    map->ObservePoint(found.keyframe, found.feature, found.landmark);
+    map->Observe(found.keyframe, found.feature, found.landmark);
   }
   for (const auto& found : fusion.line_observations) {
-    map->ObserveLine(found.keyframe, found.feature, found.landmark);
+    map->Observe(found.keyframe, found.feature, found.landmark);
   }
 }
 
@@ -68,7 +68,7 @@ MapFusion FuseLandmarks(KeyFrameId id, std::span<const PointId> points,
   PointMatches found = matcher.MatchPoints(features, keyframe.T_WC, *map, points, points_taken);
   std::erase_if(found, [&](const auto& match) {
     const PointFeature& feature = features.points[static_cast<std::size_t>(match.first)];
-    return !(matcher.model().Chi2(feature, keyframe.T_WC, map->point(match.second)->p_W) <=
+    return !(matcher.model().Chi2(feature, keyframe.T_WC, map->Find(match.second)->p_W) <=
              options.inliers.Of(MeasurementModel::Dimension(feature)));
   });
   std::vector<bool> lines_taken(features.lines.size(), false);

@@ -14,38 +14,6 @@
 namespace highwall {
 namespace {
 
-bool Sees(const std::vector<Observation>& observations, KeyFrameId keyframe) {
-  return std::any_of(observations.begin(), observations.end(),
-                     [&](const Observation& o) { return o.keyframe == keyframe; });
-}
-
-// Landmark observed by each feature of a keyframe. Points and lines differ only in these.
-template <class Landmark>
-using Slots = std::vector<decltype(Landmark::id)>;
-
-template <class Landmark>
-bool Observe(KeyFrame* keyframe, Slots<Landmark>& slots, int index, Landmark* landmark) {
-  if (landmark == nullptr || slots[static_cast<std::size_t>(index)] != kNoId ||
-      Sees(landmark->observations, keyframe->id)) {
-    return false;
-  }
-  slots[static_cast<std::size_t>(index)] = landmark->id;
-  auto& observations = landmark->observations;
-  const auto next = std::find_if(observations.begin(), observations.end(),
-                                 [&](const Observation& o) { return o.keyframe > keyframe->id; });
-  observations.insert(next, {keyframe->id, index});
-  return true;
-}
-
-template <class Landmark>
-void Forget(Slots<Landmark>& slots, KeyFrameId keyframe, Landmark& landmark) {
-  std::erase_if(landmark.observations, [&](const Observation& o) {
-    if (o.keyframe != keyframe) return false;
-    slots[static_cast<std::size_t>(o.index)] = kNoId;
-    return true;
-  });
-}
-
 int Hamming(const BinaryDescriptor256& a, const BinaryDescriptor256& b) {
   return HammingDistance(a.data(), b.data());
 }
@@ -68,48 +36,7 @@ BinaryDescriptor256 MostCentral(const std::vector<BinaryDescriptor256>& descript
   return descriptors[best];
 }
 
-// landmarks_of: the points or the lines of a keyframe. Ids are marked instead of sorted: each is
-// seen by many keyframes, and one byte per id between the first and the last is cheap up to
-// millions.
-template <class LandmarkId>
-std::vector<LandmarkId> SeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
-                               std::span<const LandmarkId> except,
-                               std::vector<LandmarkId> KeyFrame::*landmarks_of) {
-  LandmarkId first = kNoId, end = kNoId;
-  for (const KeyFrameId id : keyframes) {
-    for (const LandmarkId landmark : map.keyframe(id)->*landmarks_of) {
-      if (landmark == kNoId) continue;
-      if (first == kNoId || landmark < first) first = landmark;
-      if (!(landmark < end)) end = LandmarkId(landmark.value() + 1);
-    }
-  }
-  std::vector<LandmarkId> seen;
-  if (first == kNoId) return seen;
-  std::vector<std::uint8_t> marked(end.index() - first.index(), 0);
-  const auto mark = [&](LandmarkId landmark, std::uint8_t value) {
-    if (!(landmark < first) && landmark < end) marked[landmark.index() - first.index()] = value;
-  };
-  for (const KeyFrameId id : keyframes) {
-    for (const LandmarkId landmark : map.keyframe(id)->*landmarks_of) mark(landmark, 1);
-  }
-  for (const LandmarkId landmark : except) mark(landmark, 0);
-  for (LandmarkId landmark = first; landmark < end; ++landmark) {
-    if (marked[landmark.index() - first.index()] != 0) seen.push_back(landmark);
-  }
-  return seen;
-}
-
 }  // namespace
-
-std::vector<PointId> PointsSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
-                                  std::span<const PointId> except) {
-  return SeenBy(map, keyframes, except, &KeyFrame::points);
-}
-
-std::vector<LineId> LinesSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
-                                std::span<const LineId> except) {
-  return SeenBy(map, keyframes, except, &KeyFrame::lines);
-}
 
 BinaryDescriptor256 DescriptorRow(const cv::Mat& descriptors, int index) {
   BinaryDescriptor256 d;
@@ -125,8 +52,7 @@ Map& Map::operator=(Map&&) noexcept = default;
 Map Map::Clone() const {
   Map clone;
   clone.keyframes_ = keyframes_;
-  clone.points_ = points_;
-  clone.lines_ = lines_;
+  clone.landmarks_ = landmarks_;
   clone.removed_ = removed_;
   clone.submaps_ = submaps_;
   clone.feature_type_ = feature_type_;
@@ -141,18 +67,10 @@ Map Map::CloneOf(std::span<const KeyFrameId> keyframes) const {
   clone.feature_type_ = feature_type_;
   clone.knows_feature_type_ = knows_feature_type_;
   for (const KeyFrameId id : keyframes) clone.keyframes_.Put(*keyframe(id));
-  const auto is_elsewhere = [&](const Observation& o) {
-    return clone.keyframe(o.keyframe) == nullptr;
-  };
-  const auto put = [&](const auto& ids, const auto& from, auto& into) {
-    for (const auto id : ids) {
-      if (id == kNoId || into.Find(id) != nullptr) continue;
-      std::erase_if(into.Put(*from.Find(id)).observations, is_elsewhere);
-    }
-  };
   for (const KeyFrameId id : keyframes) {
-    put(keyframe(id)->points, points_, clone.points_);
-    put(keyframe(id)->lines, lines_, clone.lines_);
+    ForEachKind([&]<class Landmark>() {
+      clone.table<Landmark>().Put(table<Landmark>(), *keyframe(id), clone.keyframes_);
+    });
   }
   return clone;
 }
@@ -167,115 +85,11 @@ KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap
   keyframe.frame = frame;
   keyframe.T_WC = T_WC;
   keyframe.depth_grid = frame.features->depth_grid;
-  keyframe.points.assign(frame.features->points.size(), kNoId);
-  keyframe.lines.assign(frame.features->lines.size(), kNoId);
+  ForEachKind([&]<class Landmark>() {
+    PartOf<Landmark>(keyframe).assign(PartOf<Landmark>(*frame.features).size(), kNoId);
+  });
   index_->Add(keyframe.id, *frame.features);
   return keyframe;
-}
-
-MapPoint& Map::AddPoint(const Eigen::Vector3d& p_W, std::int64_t frame_index) {
-  MapPoint& point = points_.Add();
-  point.p_W = p_W;
-  point.first_frame = frame_index;
-  return point;
-}
-
-MapLine& Map::AddLine(const Segment3& segment_W, std::int64_t frame_index) {
-  MapLine& line = lines_.Add();
-  line.segment_W = segment_W;
-  line.first_frame = frame_index;
-  return line;
-}
-
-KeyFrame* Map::keyframe(KeyFrameId id) {
-  return keyframes_.Find(id);
-}
-const KeyFrame* Map::keyframe(KeyFrameId id) const {
-  return keyframes_.Find(id);
-}
-MapPoint* Map::point(PointId id) {
-  return points_.Find(id);
-}
-const MapPoint* Map::point(PointId id) const {
-  return points_.Find(id);
-}
-MapLine* Map::line(LineId id) {
-  return lines_.Find(id);
-}
-const MapLine* Map::line(LineId id) const {
-  return lines_.Find(id);
-}
-
-std::vector<KeyFrameId> Map::keyframe_ids() const {
-  return keyframes_.ids();
-}
-std::vector<PointId> Map::point_ids() const {
-  return points_.ids();
-}
-std::vector<LineId> Map::line_ids() const {
-  return lines_.ids();
-}
-
-bool Map::ObservePoint(KeyFrameId keyframe_id, int index, PointId id) {
-  KeyFrame* kf = keyframe(keyframe_id);
-  return kf != nullptr && Observe(kf, kf->points, index, point(id));
-}
-
-bool Map::ObserveLine(KeyFrameId keyframe_id, int index, LineId id) {
-  KeyFrame* kf = keyframe(keyframe_id);
-  return kf != nullptr && Observe(kf, kf->lines, index, line(id));
-}
-
-void Map::ForgetPointObservation(KeyFrameId keyframe_id, PointId id) {
-  KeyFrame* kf = keyframe(keyframe_id);
-  MapPoint* p = point(id);
-  if (kf == nullptr || p == nullptr) return;
-  Forget(kf->points, keyframe_id, *p);
-  if (p->observations.empty()) RemovePoint(id);
-}
-
-void Map::ForgetLineObservation(KeyFrameId keyframe_id, LineId id) {
-  KeyFrame* kf = keyframe(keyframe_id);
-  MapLine* l = line(id);
-  if (kf == nullptr || l == nullptr) return;
-  Forget(kf->lines, keyframe_id, *l);
-  if (l->observations.empty()) RemoveLine(id);
-}
-
-void Map::RemovePoint(PointId id) {
-  MapPoint* p = point(id);
-  if (p == nullptr) return;
-  for (const Observation& o : p->observations) {
-    keyframe(o.keyframe)->points[static_cast<std::size_t>(o.index)] = kNoId;
-  }
-  points_.Remove(id);
-}
-
-void Map::RemoveLine(LineId id) {
-  MapLine* l = line(id);
-  if (l == nullptr) return;
-  for (const Observation& o : l->observations) {
-    keyframe(o.keyframe)->lines[static_cast<std::size_t>(o.index)] = kNoId;
-  }
-  lines_.Remove(id);
-}
-
-void Map::MergePoints(PointId from, PointId into) {
-  if (from == into || point(from) == nullptr || point(into) == nullptr) return;
-  const std::vector<Observation> moved = point(from)->observations;
-  point(into)->visible += point(from)->visible;
-  point(into)->found += point(from)->found;
-  RemovePoint(from);
-  for (const Observation& o : moved) ObservePoint(o.keyframe, o.index, into);
-}
-
-void Map::MergeLines(LineId from, LineId into) {
-  if (from == into || line(from) == nullptr || line(into) == nullptr) return;
-  const std::vector<Observation> moved = line(from)->observations;
-  line(into)->visible += line(from)->visible;
-  line(into)->found += line(from)->found;
-  RemoveLine(from);
-  for (const Observation& o : moved) ObserveLine(o.keyframe, o.index, into);
 }
 
 void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
@@ -283,11 +97,11 @@ void Map::RemoveKeyFrame(KeyFrameId id, KeyFrameId parent) {
   if (kf == nullptr) return;
   HIGHWALL_REQUIRE(parent != id && keyframe(parent) != nullptr,
                    "Map::RemoveKeyFrame: the parent must be another live keyframe");
-  // By value: forgetting an observation writes into these lists.
-  const std::vector<PointId> points = kf->points;
-  const std::vector<LineId> lines = kf->lines;
-  for (const PointId p : points) ForgetPointObservation(id, p);
-  for (const LineId l : lines) ForgetLineObservation(id, l);
+  ForEachKind([&]<class Landmark>() {
+    // By value: forgetting an observation writes into this list.
+    const LandmarkIds<Landmark> observed = PartOf<Landmark>(*kf);
+    for (const Id<Landmark> landmark : observed) Forget(id, landmark);
+  });
   if (KeyFrame* next = Successor(id)) {
     InertialState& motion = *next->motion;
     const bool tied = kf->motion && kf->motion->previous != kNoId;
@@ -361,7 +175,7 @@ bool Map::AddFactor(MapFactor factor) {
 }
 
 void Map::RefreshPoint(PointId id, const PyramidOptions& pyramid) {
-  MapPoint* p = point(id);
+  MapPoint* p = Find(id);
   if (p == nullptr || p->observations.empty()) return;
   std::vector<BinaryDescriptor256> descriptors;
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
@@ -389,8 +203,8 @@ std::vector<std::pair<KeyFrameId, int>> Map::Observers(std::span<const PointId> 
     if (landmark == nullptr) return;
     for (const Observation& o : landmark->observations) ++count[o.keyframe];
   };
-  for (const PointId id : points) add(point(id));
-  for (const LineId id : lines) add(line(id));
+  for (const PointId id : points) add(Find(id));
+  for (const LineId id : lines) add(Find(id));
   std::vector<std::pair<KeyFrameId, int>> observers(count.begin(), count.end());
   std::sort(observers.begin(), observers.end(), [](const auto& a, const auto& b) {
     return a.second != b.second ? a.second > b.second : a.first < b.first;

@@ -60,10 +60,10 @@ std::optional<SubmapId> WorldOf(const MapGeometry& after, const Map& map) {
 MapGeometry GeometryOf(const Map& map, SubmapId submap) {
   const std::vector<KeyFrameId> keyframes = map.KeyFramesOf(submap);
   return {ById<Pose>(keyframes, [&](auto id) { return map.keyframe(id)->T_WC; }),
-          ById<Eigen::Vector3d>(PointsSeenBy(map, keyframes, {}),
-                                [&](auto id) { return map.point(id)->p_W; }),
-          ById<Segment3>(LinesSeenBy(map, keyframes, {}),
-                         [&](auto id) { return map.line(id)->segment_W; }),
+          ById<Eigen::Vector3d>(map.SeenBy<MapPoint>(keyframes),
+                                [&](auto id) { return map.Find(id)->p_W; }),
+          ById<Segment3>(map.SeenBy<MapLine>(keyframes),
+                         [&](auto id) { return map.Find(id)->segment_W; }),
           map.factors().PlacesIn(map.Root(submap))};
 }
 
@@ -83,15 +83,15 @@ MapEdit AdjustedTo(const Map& map, OutlierObservations outliers, SubmapId submap
 void Apply(const MapEdit& edit, Map* map) {
   const auto& [after, fusion, outliers, merge, motions, gravity_W] = edit;
   const Moves moves(edit, *map);
-  for (const PointId id : map->point_ids()) {
-    MapPoint& point = *map->point(id);
+  for (const PointId id : map->ids<MapPoint>()) {
+    MapPoint& point = *map->Find(id);
     const Pose D = moves.Of(point.observations);
     const Eigen::Vector3d* to = At(after.points, id);
     point.p_W = to ? *to : D * point.p_W;
     point.normal_W = D.R() * point.normal_W;
   }
-  for (const LineId id : map->line_ids()) {
-    MapLine& line = *map->line(id);
+  for (const LineId id : map->ids<MapLine>()) {
+    MapLine& line = *map->Find(id);
     const Pose D = moves.Of(line.observations);
     const Segment3* to = At(after.lines, id);
     line.segment_W = to ? *to : D * line.segment_W;

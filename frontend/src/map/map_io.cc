@@ -320,11 +320,18 @@ void WriteLandmark(MapWriter& writer, const Landmark& landmark,
   }
 }
 
-// Fills a landmark created by the map, and adds its observations. slots: number of features of a
-// keyframe; observe: method of the map.
-template <class Landmark, class Slots, class Observe>
-void ReadLandmark(MapReader& reader, Landmark& landmark, const Map& map, const Slots& slots,
-                  const Observe& observe) {
+template <class Landmark>
+void WriteLandmarks(MapWriter& writer, const Map& map,
+                    const std::unordered_map<KeyFrameId, std::int32_t>& ranks) {
+  writer(static_cast<std::uint32_t>(map.num<Landmark>()));
+  for (const Id<Landmark> id : map.ids<Landmark>()) WriteLandmark(writer, *map.Find(id), ranks);
+}
+
+// Reads a landmark with its observations and adds it to the map.
+template <class Landmark>
+void ReadLandmark(MapReader& reader, Map& map) {
+  const Landmark blank{};
+  Landmark& landmark = map.Add<Landmark>(LandmarkTraits<Landmark>::PositionOf(blank), 0);
   Fields(reader, landmark);
   Check(reader, landmark);
   const std::uint32_t observations = reader.Count(8);
@@ -335,11 +342,19 @@ void ReadLandmark(MapReader& reader, Landmark& landmark, const Map& map, const S
     reader(o.index);
     const KeyFrame* keyframe = map.keyframe(o.keyframe);
     reader.Require(keyframe != nullptr && o.index >= 0 &&
-                       static_cast<std::size_t>(o.index) < slots(*keyframe) &&
-                       observe(o, landmark.id),
+                       static_cast<std::size_t>(o.index) < PartOf<Landmark>(*keyframe).size() &&
+                       map.Observe(o.keyframe, o.index, landmark.id),
                    "an observation of a landmark has no keyframe or occurs twice");
   }
 }
+
+// Bytes that a landmark takes at least.
+template <class Landmark>
+constexpr std::size_t kLandmarkBytes = 0;
+template <>
+constexpr std::size_t kLandmarkBytes<MapPoint> = 100;
+template <>
+constexpr std::size_t kLandmarkBytes<MapLine> = 90;
 
 // Writes the submaps that have keyframes, in their order; each is identified by its rank.
 std::map<SubmapId, std::int32_t> WriteSubmaps(MapWriter& writer, const Map& map) {
@@ -397,10 +412,7 @@ std::string Encode(const PinholeCamera& camera, const Map& map) {
     WriteEvidence(writer, keyframe);
     WriteNoise(writer, *keyframe.frame.features);
   }
-  writer(static_cast<std::uint32_t>(map.num_points()));
-  for (const PointId id : map.point_ids()) WriteLandmark(writer, *map.point(id), ranks);
-  writer(static_cast<std::uint32_t>(map.num_lines()));
-  for (const LineId id : map.line_ids()) WriteLandmark(writer, *map.line(id), ranks);
+  ForEachKind([&]<class Landmark>() { WriteLandmarks<Landmark>(writer, map, ranks); });
   WriteFactors(writer, map, submaps, ranks);
   return writer.content();
 }
@@ -438,20 +450,11 @@ SavedMap Decode(MapReader& reader, std::uint32_t version) {
     reader.Require(populated[map.Root(map.keyframe(id)->submap).index()],
                    "a submap is joined with one that has no keyframe");
   }
-  for (std::uint32_t i = reader.Count(100); i > 0; --i) {
-    ReadLandmark(
-        reader, map.AddPoint(Eigen::Vector3d::Zero(), 0), map,
-        [](const KeyFrame& keyframe) { return keyframe.points.size(); },
-        [&](const Observation& o, PointId id) {
-          return map.ObservePoint(o.keyframe, o.index, id);
-        });
-  }
-  for (std::uint32_t i = reader.Count(90); i > 0; --i) {
-    ReadLandmark(
-        reader, map.AddLine(Segment3(), 0), map,
-        [](const KeyFrame& keyframe) { return keyframe.lines.size(); },
-        [&](const Observation& o, LineId id) { return map.ObserveLine(o.keyframe, o.index, id); });
-  }
+  ForEachKind([&]<class Landmark>() {
+    for (std::uint32_t i = reader.Count(kLandmarkBytes<Landmark>); i > 0; --i) {
+      ReadLandmark<Landmark>(reader, map);
+    }
+  });
   if (version >= kFirstWithKind) ReadFactors(reader, submaps, &map);
   reader.RequireEnd();
   return saved;

@@ -19,7 +19,7 @@ PointMatches MapMatcher::MatchLast(const FrameFeatures& features, const Pose& T_
   const Pose T_CW = T_WC.Inverse();
   std::vector<ProjectedPoint> projections;
   for (std::size_t i = 0; i < last_points.size(); ++i) {
-    const MapPoint* point = map.point(last_points[i]);
+    const MapPoint* point = map.Find(last_points[i]);
     if (point == nullptr) continue;
     const Eigen::Vector3d p_C = T_CW * point->p_W;
     if (p_C.z() < model_.projection().min_depth()) continue;
@@ -53,7 +53,7 @@ PointMatches MapMatcher::MatchPoints(const FrameFeatures& features, const Pose& 
   const Eigen::Matrix3d R_CW = T_CW.R();
   std::vector<ProjectedPoint> projections;
   for (const PointId id : points) {
-    const MapPoint* point = map.point(id);
+    const MapPoint* point = map.Find(id);
     if (point == nullptr) continue;
     const Eigen::Vector3d p_C = R_CW * point->p_W + T_CW.p();
     if (p_C.z() < model_.projection().min_depth()) continue;
@@ -92,7 +92,7 @@ LineMatches MapMatcher::MatchLines(const FrameFeatures& features, const Pose& T_
   LineFeatures predicted, observed;
   std::vector<LineId> predicted_ids;
   for (const LineId id : lines) {
-    const MapLine* line = map.line(id);
+    const MapLine* line = map.Find(id);
     if (line == nullptr) continue;
     const auto segment = ProjectSegment(T_CW * line->segment_W, model_.camera());
     if (!segment || segment->Length() < options().min_line_pixels) continue;
@@ -109,7 +109,7 @@ LineMatches MapMatcher::MatchLines(const FrameFeatures& features, const Pose& T_
   if (predicted.segments.empty() || observed.segments.empty()) return {};
   if (!features.line_descriptors.empty()) {
     for (const LineId id : predicted_ids) {
-      const BinaryDescriptor256& d = map.line(id)->descriptor;
+      const BinaryDescriptor256& d = map.Find(id)->descriptor;
       predicted.descriptors.push_back(cv::Mat(1, 32, CV_8U, const_cast<std::uint8_t*>(d.data())));
     }
     for (const int i : observed_features) {

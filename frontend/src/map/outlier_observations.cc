@@ -4,9 +4,9 @@ namespace highwall {
 
 void Forget(const OutlierObservations& outliers, Map* map) {
   for (const auto& [keyframe, point] : outliers.points) {
-    map->ForgetPointObservation(keyframe, point);
+    map->Forget(keyframe, point);
   }
-  for (const auto& [keyframe, line] : outliers.lines) map->ForgetLineObservation(keyframe, line);
+  for (const auto& [keyframe, line] : outliers.lines) map->Forget(keyframe, line);
 }
 
 }  // namespace highwall

@@ -46,13 +46,13 @@ SeenLandmarks FindSeen(const Map& map, const std::shared_ptr<const FrameFeatures
   seen.error = error;
   Finder finder(map);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const MapPoint* point = map.point(points[i]);
+    const MapPoint* point = map.Find(points[i]);
     if (point == nullptr) continue;
     seen.points.push_back({point->id, point->p_W, &features->points[i],
                            finder.LatestViews(point->observations, &FrameFeatures::points)});
   }
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    const MapLine* line = map.line(lines[i]);
+    const MapLine* line = map.Find(lines[i]);
     if (line == nullptr) continue;
     seen.lines.push_back({line->id, line->segment_W, &features->lines[i],
                           finder.LatestViews(line->observations, &FrameFeatures::lines)});

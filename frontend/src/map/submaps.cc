@@ -67,11 +67,11 @@ void Map::Join(SubmapId a, SubmapId b) {
 void Map::RemoveSubmap(SubmapId id) {
   for (const KeyFrameId k : KeyFramesOf(id)) {
     KeyFrame& kf = *keyframe(k);
-    // By value: removing a landmark writes into these lists.
-    const std::vector<PointId> points = kf.points;
-    const std::vector<LineId> lines = kf.lines;
-    for (const PointId p : points) RemovePoint(p);
-    for (const LineId l : lines) RemoveLine(l);
+    ForEachKind([&]<class Landmark>() {
+      // By value: removing a landmark writes into this list.
+      const LandmarkIds<Landmark> observed = PartOf<Landmark>(kf);
+      for (const Id<Landmark> landmark : observed) Remove(landmark);
+    });
     index_->Remove(k, *kf.frame.features);
     --submaps_[kf.submap.index()].keyframes;
     factors_.Remove(k);
@@ -107,14 +107,14 @@ void Map::Move(const Pose& T_new_old, const Takes& takes) {
     kf.T_WC = T_new_old * kf.T_WC;
     if (kf.motion) kf.motion->v_WB = q * kf.motion->v_WB;
   }
-  for (auto& [id, point] : points_) {
-    if (!follows(point)) continue;
-    point.p_W = T_new_old * point.p_W;
-    point.normal_W = q * point.normal_W;
-  }
-  for (auto& [id, line] : lines_) {
-    if (follows(line)) line.segment_W = T_new_old * line.segment_W;
-  }
+  ForEachKind([&]<class Landmark>() {
+    table<Landmark>().ForEach([&](Landmark& landmark) {
+      if (!follows(landmark)) return;
+      auto& position = LandmarkTraits<Landmark>::PositionOf(landmark);
+      position = T_new_old * position;
+      LandmarkTraits<Landmark>::Rotate(q, landmark);
+    });
+  });
 }
 
 const std::optional<Eigen::Vector3d>& Map::gravity_W(SubmapId id) const {

@@ -125,7 +125,7 @@ void FrameTimingEstimator::Add(const View& view, const Map& map, const Twist& mo
   Equations equations;
   for (std::size_t i = 0; i < view.points.size(); ++i) {
     const PointFeature& feature = view.features.points[i];
-    const MapPoint* point = map.point(view.points[i]);
+    const MapPoint* point = map.Find(view.points[i]);
     if (point == nullptr || !(feature.depth > 0.0)) continue;
     AddPoint(feature, *point, view, map, motion, &equations);
   }

@@ -38,14 +38,14 @@ class LandmarkShifts {
 
   void Apply(Map* map) const {
     for (const auto& [id, sum] : points_) {
-      MapPoint* point = map->point(id);
+      MapPoint* point = map->Find(id);
       if (point == nullptr) continue;
       point->p_W += sum / Measured(*map, point->observations, [](const auto& features, auto i) {
                       return features.points[i].depth > 0.0;
                     });
     }
     for (const auto& [id, sum] : lines_) {
-      MapLine* line = map->line(id);
+      MapLine* line = map->Find(id);
       if (line == nullptr) continue;
       const Eigen::Vector3d shift =
           sum / Measured(*map, line->observations, [](const auto& features, auto i) {

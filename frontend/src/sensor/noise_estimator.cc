@@ -168,12 +168,12 @@ void NoiseEstimator::Add(const Map& map, std::span<const KeyFrameId> keyframes) 
     const KeyFrame& keyframe = *map.keyframe(id);
     const FrameFeatures& features = *keyframe.frame.features;
     for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
-      const MapPoint* point = map.point(keyframe.points[i]);
+      const MapPoint* point = map.Find(keyframe.points[i]);
       if (point == nullptr || point->observations.size() < kMinViews) continue;
       Collect(features.points[i], *point, keyframe.T_WC);
     }
     for (std::size_t i = 0; i < keyframe.lines.size(); ++i) {
-      const MapLine* line = map.line(keyframe.lines[i]);
+      const MapLine* line = map.Find(keyframe.lines[i]);
       if (line == nullptr || line->observations.size() < kMinViews) continue;
       Collect(features.lines[i], *line, keyframe.T_WC);
     }

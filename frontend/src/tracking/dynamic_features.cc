@@ -17,10 +17,10 @@ SubmapId SubmapOf(const TrackedFrame& tracked, const Map& map) {
     return map.keyframe(landmark->observations.front().keyframe)->submap;
   };
   for (const PointId id : tracked.points) {
-    if (const MapPoint* point = map.point(id)) return seen_by(point);
+    if (const MapPoint* point = map.Find(id)) return seen_by(point);
   }
   for (const LineId id : tracked.lines) {
-    if (const MapLine* line = map.line(id)) return seen_by(line);
+    if (const MapLine* line = map.Find(id)) return seen_by(line);
   }
   return kFirstSubmap;
 }
@@ -58,7 +58,7 @@ bool DynamicFeatures::HasMoved(const TrackedFrame& rough, const Map& map,
   int judged_lines = 0;
   TrackedFrame others = Unmatched(rough.frame, rough.T_WC);
   for (std::size_t i = 0; i < rough.tried_points.size(); ++i) {
-    const MapPoint* point = map.point(rough.tried_points[i]);
+    const MapPoint* point = map.Find(rough.tried_points[i]);
     if (point == nullptr) continue;
     if (is_on(features.points[i].uv)) {
       judged.push_back(MakePosePoint(model_, *point, features.points[i]));

@@ -71,9 +71,9 @@ bool KeyFramePolicy::Wants(const TrackedFrame& tracked, const Map& map, Stamp la
     return landmark != nullptr && static_cast<int>(landmark->observations.size()) >= enough;
   };
   const auto points = std::count_if(reference.points.begin(), reference.points.end(),
-                                    [&](PointId id) { return established(map.point(id)); });
+                                    [&](PointId id) { return established(map.Find(id)); });
   const auto lines = std::count_if(reference.lines.begin(), reference.lines.end(),
-                                   [&](LineId id) { return established(map.line(id)); });
+                                   [&](LineId id) { return established(map.Find(id)); });
   return tracked.num_points + tracked.num_lines <
          options_.min_share * static_cast<double>(points + lines);
 }

@@ -29,7 +29,7 @@ LandmarkObservations LandmarksSeen(const MeasurementModel& model, const Map& map
   const FrameFeatures& features = *tracked.frame.features;
   LandmarkObservations seen;
   for (std::size_t i = 0; i < tracked.points.size(); ++i) {
-    const MapPoint* point = map.point(tracked.points[i]);
+    const MapPoint* point = map.Find(tracked.points[i]);
     if (point == nullptr) {
       tracked.points[i] = kNoId;
       continue;
@@ -38,7 +38,7 @@ LandmarkObservations LandmarksSeen(const MeasurementModel& model, const Map& map
     seen.point_features.push_back(i);
   }
   for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
-    const MapLine* line = map.line(tracked.lines[i]);
+    const MapLine* line = map.Find(tracked.lines[i]);
     std::optional<PoseLine> pose_line;
     if (line != nullptr) pose_line = MakePoseLine(model, *line, features.lines[i], tracked.T_WC);
     if (!pose_line) {
@@ -78,8 +78,8 @@ LandmarksInView MatchAround(const MapMatcher& matcher, const Map& map, int most,
     local.push_back(id);
   }
   const FrameFeatures& features = *tracked->frame.features;
-  const auto points = PointsSeenBy(map, local, tracked->points);
-  const auto lines = LinesSeenBy(map, local, tracked->lines);
+  const auto points = map.SeenBy<MapPoint>(local, tracked->points);
+  const auto lines = map.SeenBy<MapLine>(local, tracked->lines);
   const std::vector<PointId> first_points = tracked->points;
   const std::vector<LineId> first_lines = tracked->lines;
   LandmarksInView in_view;

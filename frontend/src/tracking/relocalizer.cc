@@ -46,7 +46,7 @@ std::vector<LinePair> PairLines(const FrameFeatures& features, const Map& map,
   std::vector<LinePair> pairs;
   for (const FeatureMatch& match :
        MatchLargeMotion(as_features(features), as_features(seen), options)) {
-    const MapLine* line = map.line(keyframe.lines[static_cast<std::size_t>(match.train)]);
+    const MapLine* line = map.Find(keyframe.lines[static_cast<std::size_t>(match.train)]);
     if (line == nullptr) continue;
     pairs.push_back({match.query, line, &features.lines[static_cast<std::size_t>(match.query)]});
   }
@@ -245,7 +245,7 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
   for (const FeatureMatch& match :
        MatchDescriptors(features.point_descriptors, keyframe.frame.features->point_descriptors,
                         {.max_distance = options_.max_hamming, .ratio = options_.ratio})) {
-    const MapPoint* point = map.point(keyframe.points[static_cast<std::size_t>(match.train)]);
+    const MapPoint* point = map.Find(keyframe.points[static_cast<std::size_t>(match.train)]);
     if (point == nullptr) continue;
     const PointFeature& feature = features.points[static_cast<std::size_t>(match.query)];
     Pair pair{match.query, point->id, point->p_W, std::nullopt};

@@ -269,10 +269,10 @@ std::optional<Tracker::LocalMatch> Tracker::TrackAbout(const PoseConstraint& kno
   const std::vector<KeyFrameId> local =
       AroundReference(map, static_cast<std::size_t>(options_.local_keyframes));
   TrackedFrame rough = Unmatched(frame, known.T_WC);
-  Apply(matcher_.MatchPoints(*frame.features, known.T_WC, map, PointsSeenBy(map, local, {}),
+  Apply(matcher_.MatchPoints(*frame.features, known.T_WC, map, map.SeenBy<MapPoint>(local),
                              Taken(rough.points)),
         rough.points);
-  Apply(matcher_.MatchLines(*frame.features, known.T_WC, map, LinesSeenBy(map, local, {}),
+  Apply(matcher_.MatchLines(*frame.features, known.T_WC, map, map.SeenBy<MapLine>(local),
                             Taken(rough.lines)),
         rough.lines);
   if (!Solve(rough, map, options_.min_predicted_support, &known, FallbackConstraint::kNone))
@@ -522,16 +522,16 @@ bool Tracker::Contradicts(const TrackedFrame& tracked, std::span<const KeyFrameI
 
 void Tracker::LocalMatch::CountObservations(Map& map) const {
   for (const PointId id : points_in_view) {
-    if (MapPoint* point = map.point(id)) ++point->visible;
+    if (MapPoint* point = map.Find(id)) ++point->visible;
   }
   for (const LineId id : lines_in_view) {
-    if (MapLine* line = map.line(id)) ++line->visible;
+    if (MapLine* line = map.Find(id)) ++line->visible;
   }
   for (const PointId id : frame.points) {
-    if (MapPoint* point = map.point(id)) ++point->found;
+    if (MapPoint* point = map.Find(id)) ++point->found;
   }
   for (const LineId id : frame.lines) {
-    if (MapLine* line = map.line(id)) ++line->found;
+    if (MapLine* line = map.Find(id)) ++line->found;
   }
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -13,82 +12,18 @@
 #include <Eigen/Core>
 
 #include <highwall/core/camera.h>
-#include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
-#include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/features/point_extractor.h>
+#include <highwall/frontend/map/keyframe.h>
+#include <highwall/frontend/map/landmark.h>
+#include <highwall/frontend/map/landmark_table.h>
 #include <highwall/frontend/map/map_ids.h>
 #include <highwall/frontend/map/user_factors.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
-class ImuPreintegration;  // highwall/factors/imu_preintegration.h
 class KeyFrameIndex;
-
-// 256-bit binary descriptor (of a point: the descriptor of its extractor, as bits; of a line: LBD).
-using BinaryDescriptor256 = std::array<std::uint8_t, 32>;
-
-// Feature `index` of keyframe `keyframe` observes the landmark.
-struct Observation {
-  KeyFrameId keyframe = kNoId;
-  int index = 0;
-};
-
-struct CornerPatch;  // internal
-
-// A point landmark.
-struct MapPoint {
-  PointId id = kNoId;
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();       // [m]
-  BinaryDescriptor256 descriptor{};                    // of the observation nearest to all others
-  Eigen::Vector3d normal_W = Eigen::Vector3d::Zero();  // mean unit direction, camera -> point
-  double min_distance = 0.0;                           // [m] scale-invariance range of the pyramid
-  double max_distance = 0.0;                           // [m]
-  std::vector<Observation> observations;               // ascending keyframes
-  // Its appearance in the first observation; null if it was loaded.
-  std::shared_ptr<const CornerPatch> patch;
-  std::int64_t first_frame = 0;  // frame index of its creation
-  int visible = 1;               // frames in whose view it was predicted
-  int found = 1;                 // frames in which it was an inlier
-};
-
-// A line landmark: a segment of a line in space.
-struct MapLine {
-  LineId id = kNoId;
-  Segment3 segment_W;  // [m]
-  BinaryDescriptor256 descriptor{};
-  bool has_descriptor = false;
-  std::vector<Observation> observations;
-  std::int64_t first_frame = 0;
-  int visible = 1;
-  int found = 1;
-};
-
-// The body's motion at a keyframe, and the IMU readings since an earlier one.
-struct InertialState {
-  Stamp stamp = 0;                                 // [ns] of the IMU's clock
-  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  // [m/s]
-  ImuBias bias = ImuBias::Zero();                  // [rad/s, m/s^2]
-  Eigen::Matrix<double, 6, 1> bias_sigma = Eigen::Matrix<double, 6, 1>::Ones();
-  KeyFrameId previous = kNoId;                             // kNoId: no IMU factor to an earlier one
-  std::shared_ptr<const ImuPreintegration> from_previous;  // null without `previous`
-  double weight = 1.0;  // of its IMU factor: the mean over the images in between
-};
-
-// A keyframe with its pose and the landmarks that it observes.
-struct KeyFrame {
-  KeyFrameId id = kNoId;
-  SubmapId submap = kFirstSubmap;  // in which it was created
-  Frame frame;
-  Pose T_WC;
-  cv::Mat depth_grid;  // of its features, but 0 on dynamic objects: reference for other frames
-  // match ratio when it was tracked: share of the landmarks in view; 0: unknown
-  double found = 0.0;
-  std::optional<InertialState> motion;  // with an initialized IMU
-  std::vector<PointId> points;          // per point feature, kNoId where unmatched
-  std::vector<LineId> lines;            // per line feature
-};
 
 // Keyframes, points and lines, owned by id. Ids ascend and are never reused; the lookup of a
 // removed one returns nullptr. Not thread-safe: the owner must synchronize access.
@@ -112,41 +47,66 @@ class Map {
 
   // submap: of this map; it may be a merged one.
   KeyFrame& AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap = kFirstSubmap);
-  MapPoint& AddPoint(const Eigen::Vector3d& p_W, std::int64_t frame_index);
-  MapLine& AddLine(const Segment3& segment_W, std::int64_t frame_index);
+  // Adds a landmark that no keyframe observes yet: Add<MapPoint>(p_W, frame_index),
+  // Add<MapLine>(segment_W, frame_index).
+  template <LandmarkKind Landmark>
+  Landmark& Add(const typename LandmarkTraits<Landmark>::Geometry& geometry,
+                std::int64_t frame_index) {
+    return table<Landmark>().Add(geometry, frame_index);
+  }
 
   // Returns nullptr where there is none or it was removed.
-  KeyFrame* keyframe(KeyFrameId id);
-  const KeyFrame* keyframe(KeyFrameId id) const;
-  MapPoint* point(PointId id);
-  const MapPoint* point(PointId id) const;
-  MapLine* line(LineId id);
-  const MapLine* line(LineId id) const;
+  KeyFrame* keyframe(KeyFrameId id) { return keyframes_.Find(id); }
+  const KeyFrame* keyframe(KeyFrameId id) const { return keyframes_.Find(id); }
+  // The same for a landmark: a MapPoint for a PointId, a MapLine for a LineId.
+  template <LandmarkKind Landmark>
+  Landmark* Find(Id<Landmark> id) {
+    return table<Landmark>().Find(id);
+  }
+  template <LandmarkKind Landmark>
+  const Landmark* Find(Id<Landmark> id) const {
+    return table<Landmark>().Find(id);
+  }
 
-  // Ids of the active keyframes and of the landmarks, ascending.
-  std::vector<KeyFrameId> keyframe_ids() const;
-  std::vector<PointId> point_ids() const;
-  std::vector<LineId> line_ids() const;
+  // Ids of the active keyframes and of the landmarks of one kind, such as ids<MapPoint>(),
+  // ascending, and their number.
+  std::vector<KeyFrameId> keyframe_ids() const { return keyframes_.ids(); }
   std::size_t num_keyframes() const { return keyframes_.size(); }
-  std::size_t num_points() const { return points_.size(); }
-  std::size_t num_lines() const { return lines_.size(); }
+  template <LandmarkKind Landmark>
+  std::vector<Id<Landmark>> ids() const {
+    return table<Landmark>().ids();
+  }
+  template <LandmarkKind Landmark>
+  std::size_t num() const {
+    return table<Landmark>().size();
+  }
   // Place recognition index of the active keyframes.
   const KeyFrameIndex& index() const { return *index_; }
 
   // Records that feature `index` of the keyframe observes the landmark. A keyframe observes a
   // landmark once: if it does already, or if the feature is assigned, nothing changes and false is
   // returned.
-  bool ObservePoint(KeyFrameId keyframe, int index, PointId point);
-  bool ObserveLine(KeyFrameId keyframe, int index, LineId line);
+  template <LandmarkKind Landmark>
+  bool Observe(KeyFrameId keyframe_id, int index, Id<Landmark> id) {
+    KeyFrame* const observer = keyframe(keyframe_id);
+    return observer != nullptr && table<Landmark>().Observe(observer, index, id);
+  }
   // Removes an observation, and the landmark if no observation remains.
-  void ForgetPointObservation(KeyFrameId keyframe, PointId point);
-  void ForgetLineObservation(KeyFrameId keyframe, LineId line);
-
-  void RemovePoint(PointId id);
-  void RemoveLine(LineId id);
+  template <LandmarkKind Landmark>
+  void Forget(KeyFrameId keyframe_id, Id<Landmark> id) {
+    KeyFrame* const observer = keyframe(keyframe_id);
+    if (observer != nullptr) table<Landmark>().Forget(observer, id);
+  }
+  // Removes a landmark.
+  template <LandmarkKind Landmark>
+  void Remove(Id<Landmark> id) {
+    table<Landmark>().Remove(id, &keyframes_);
+  }
   // Moves every observation of `from` to `into`, unless its keyframe observes `into` already.
-  void MergePoints(PointId from, PointId into);
-  void MergeLines(LineId from, LineId into);
+  template <LandmarkKind Landmark>
+  void Merge(Id<Landmark> from, Id<Landmark> into) {
+    table<Landmark>().Merge(from, into, &keyframes_);
+  }
 
   // Removes the keyframe and its observations. Frames anchored to it are anchored to `parent`
   // instead: see ResolvePose. The keyframe that follows it in the chain of IMU factors is connected
@@ -209,6 +169,13 @@ class Map {
   // Updates descriptor, viewing direction and scale range of a point from its observations.
   void RefreshPoint(PointId id, const PyramidOptions& pyramid);
 
+  // Landmarks of one kind that active keyframes observe, such as SeenBy<MapPoint>(keyframes), each
+  // once, ascending, without those in `except` (in any order; kNoId is skipped).
+  template <LandmarkKind Landmark>
+  std::vector<Id<Landmark>> SeenBy(std::span<const KeyFrameId> keyframes,
+                                   std::span<const Id<Landmark>> except = {}) const {
+    return LandmarkTable<Landmark>::SeenBy(keyframes_, keyframes, except);
+  }
   // Keyframes that observe the given landmarks, with the number of them; most first, then by id.
   std::vector<std::pair<KeyFrameId, int>> Observers(std::span<const PointId> points,
                                                     std::span<const LineId> lines = {}) const;
@@ -227,6 +194,14 @@ class Map {
     std::optional<Eigen::Vector3d> gravity_W;  // of a root
   };
 
+  template <class Landmark>
+  LandmarkTable<Landmark>& table() {
+    return PartOf<Landmark>(landmarks_);
+  }
+  template <class Landmark>
+  const LandmarkTable<Landmark>& table() const {
+    return PartOf<Landmark>(landmarks_);
+  }
   const Submap& submap(SubmapId id) const;
   // Returns the active keyframe that a keyframe is anchored to, itself if it is active; nullptr if
   // there is none. T: is multiplied from the left by the transform to it.
@@ -236,8 +211,7 @@ class Map {
   void Move(const Pose& T_new_old, const Takes& takes);
 
   IdTable<KeyFrame> keyframes_;
-  IdTable<MapPoint> points_;
-  IdTable<MapLine> lines_;
+  PerKind<LandmarkTable> landmarks_;
   std::unordered_map<KeyFrameId, Removed> removed_;
   std::vector<Submap> submaps_ = std::vector<Submap>(1);
   FeatureType feature_type_;
@@ -245,13 +219,6 @@ class Map {
   UserFactors factors_;
   std::unique_ptr<KeyFrameIndex> index_;
 };
-
-// Landmarks that active keyframes observe, each once, ascending, without those in `except` (in any
-// order; kNoId is skipped).
-std::vector<PointId> PointsSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
-                                  std::span<const PointId> except);
-std::vector<LineId> LinesSeenBy(const Map& map, std::span<const KeyFrameId> keyframes,
-                                std::span<const LineId> except);
 
 // Row `index` of a descriptor matrix (N x 32 CV_8U).
 BinaryDescriptor256 DescriptorRow(const cv::Mat& descriptors, int index);

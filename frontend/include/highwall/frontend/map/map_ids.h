@@ -41,10 +41,13 @@ class Id {
   std::int32_t value_ = -1;
 };
 
-// Identifiers of keyframes, points and lines.
+struct MapPoint;  // highwall/frontend/map/landmark.h
+struct MapLine;
+// Identifiers of keyframes, points and lines. The tag of a landmark is its type, so a function
+// template deduces the kind of landmark from its id.
 using KeyFrameId = Id<struct KeyFrameTag>;
-using PointId = Id<struct PointTag>;
-using LineId = Id<struct LineTag>;
+using PointId = Id<MapPoint>;
+using LineId = Id<MapLine>;
 // A sequence of keyframes connected by odometry (Map).
 using SubmapId = Id<struct SubmapTag>;
 // A frame outside of the map (ReferenceFrame).

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/core/pose.h>
+#include <highwall/core/stamp.h>
+#include <highwall/factors/imu_buffer.h>
+#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/map_ids.h>
+
+namespace [[gnu::visibility("default")]] highwall {
+
+class ImuPreintegration;  // highwall/factors/imu_preintegration.h
+
+// The body's motion at a keyframe, and the IMU readings since an earlier one.
+struct InertialState {
+  Stamp stamp = 0;                                 // [ns] of the IMU's clock
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();  // [m/s]
+  ImuBias bias = ImuBias::Zero();                  // [rad/s, m/s^2]
+  Eigen::Matrix<double, 6, 1> bias_sigma = Eigen::Matrix<double, 6, 1>::Ones();
+  KeyFrameId previous = kNoId;                             // kNoId: no IMU factor to an earlier one
+  std::shared_ptr<const ImuPreintegration> from_previous;  // null without `previous`
+  double weight = 1.0;  // of its IMU factor: the mean over the images in between
+};
+
+// A keyframe with its pose and the landmarks that it observes.
+struct KeyFrame {
+  KeyFrameId id = kNoId;
+  SubmapId submap = kFirstSubmap;  // in which it was created
+  Frame frame;
+  Pose T_WC;
+  cv::Mat depth_grid;  // of its features, but 0 on dynamic objects: reference for other frames
+  // match ratio when it was tracked: share of the landmarks in view; 0: unknown
+  double found = 0.0;
+  std::optional<InertialState> motion;  // with an initialized IMU
+  std::vector<PointId> points;          // per point feature, kNoId where unmatched
+  std::vector<LineId> lines;            // per line feature
+};
+
+}  // namespace highwall

@@ -1,0 +1,136 @@
+#pragma once
+
+#include <array>
+#include <concepts>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <highwall/core/line3.h>
+#include <highwall/core/pose.h>
+#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/map_ids.h>
+
+// Landmarks of a map, and what distinguishes one kind of them from another.
+namespace [[gnu::visibility("default")]] highwall {
+
+// 256-bit binary descriptor (of a point: the descriptor of its extractor, as bits; of a line: LBD).
+using BinaryDescriptor256 = std::array<std::uint8_t, 32>;
+
+// Feature `index` of keyframe `keyframe` observes the landmark.
+struct Observation {
+  KeyFrameId keyframe = kNoId;
+  int index = 0;
+};
+
+struct CornerPatch;  // internal
+
+// A point landmark.
+struct MapPoint {
+  PointId id = kNoId;
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();       // [m]
+  BinaryDescriptor256 descriptor{};                    // of the observation nearest to all others
+  Eigen::Vector3d normal_W = Eigen::Vector3d::Zero();  // mean unit direction, camera -> point
+  double min_distance = 0.0;                           // [m] scale-invariance range of the pyramid
+  double max_distance = 0.0;                           // [m]
+  std::vector<Observation> observations;               // ascending keyframes
+  // Its appearance in the first observation; null if it was loaded.
+  std::shared_ptr<const CornerPatch> patch;
+  std::int64_t first_frame = 0;  // frame index of its creation
+  int visible = 1;               // frames in whose view it was predicted
+  int found = 1;                 // frames in which it was an inlier
+};
+
+// A line landmark: a segment of a line in space.
+struct MapLine {
+  LineId id = kNoId;
+  Segment3 segment_W;  // [m]
+  BinaryDescriptor256 descriptor{};
+  bool has_descriptor = false;
+  std::vector<Observation> observations;
+  std::int64_t first_frame = 0;
+  int visible = 1;
+  int found = 1;
+};
+
+// What differs between the kinds of landmarks; everything else is written once for all of them.
+// Each specialization has
+//   Geometry, PositionOf(landmark): where the landmark is, in W,
+//   Feature: an observation of it in an image,
+//   PartOf(holder): the member about this kind of any structure with one member for each kind, such
+//     as `points` of KeyFrame, of FrameFeatures and of PerKind,
+//   Rotate(R, landmark): rotates what has a direction besides the geometry.
+template <class Landmark>
+struct LandmarkTraits;
+
+// Points: members are named `points`.
+template <>
+struct LandmarkTraits<MapPoint> {
+  using Geometry = Eigen::Vector3d;  // [m]
+  using Feature = PointFeature;
+
+  template <class Point>
+  static auto& PositionOf(Point& point) {
+    return point.p_W;
+  }
+  template <class Holder>
+  static auto& PartOf(Holder& holder) {
+    return holder.points;
+  }
+  template <class Rotation>
+  static void Rotate(const Rotation& R, MapPoint& point) {
+    point.normal_W = R * point.normal_W;
+  }
+};
+
+// Lines: members are named `lines`.
+template <>
+struct LandmarkTraits<MapLine> {
+  using Geometry = Segment3;  // [m]
+  using Feature = LineFeature;
+
+  template <class Line>
+  static auto& PositionOf(Line& line) {
+    return line.segment_W;
+  }
+  template <class Holder>
+  static auto& PartOf(Holder& holder) {
+    return holder.lines;
+  }
+  template <class Rotation>
+  static void Rotate(const Rotation&, MapLine&) {}
+};
+
+// A kind of landmark: MapPoint or MapLine.
+template <class Landmark>
+concept LandmarkKind = requires {
+  typename LandmarkTraits<Landmark>::Geometry;
+};
+
+// One value for each kind of landmark.
+template <template <class Landmark> class Value>
+struct PerKind {
+  Value<MapPoint> points;
+  Value<MapLine> lines;
+};
+// Ids of landmarks of one kind: PerKind<LandmarkIds> are ids of all kinds.
+template <class Landmark>
+using LandmarkIds = std::vector<Id<Landmark>>;
+
+// Returns the member of a structure about one kind of landmark: PartOf<MapLine>(keyframe) is
+// keyframe.lines.
+template <LandmarkKind Landmark, class Holder>
+auto& PartOf(Holder& holder) {
+  return LandmarkTraits<Landmark>::PartOf(holder);
+}
+
+// Calls f.operator()<Landmark>() for each kind, points first.
+template <class F>
+void ForEachKind(F&& f) {
+  f.template operator()<MapPoint>();
+  f.template operator()<MapLine>();
+}
+
+}  // namespace highwall
