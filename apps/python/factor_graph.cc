@@ -199,10 +199,11 @@ void BindFactorGraph(py::module_& module) {
             return self.Call([&](const FactorGraph& graph) { return graph.Covariance(ids); });
           },
           "covariance(*variables): joint, in their tangent spaces; None where the factors do not "
-          "determine them.")
-      .def("undetermined", Exclusively<FactorGraph>(&FactorGraph::Undetermined),
-           "A variable that the factors do not determine, and what to do; empty if they determine "
-           "all.");
+          "determine them or cannot be evaluated: undetermined() says why.")
+      .def(
+          "undetermined", Exclusively<FactorGraph>(&FactorGraph::Undetermined),
+          "A factor that cannot be evaluated, or a variable that the factors do not determine, and "
+          "what to do; empty if they determine all.");
 }
 
 }  // namespace highwall::python

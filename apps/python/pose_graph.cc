@@ -129,7 +129,8 @@ void BindPoseGraph(py::module_& module) {
         return PoseGraphCovariance(asked, ids, without);
       },
       py::arg("graph"), py::arg("ids"), py::arg("without") = std::vector<std::size_t>(),
-      "Joint, of nodes: [dp dtheta] in SE3, [x y theta] in SE2.");
+      "Joint, of nodes: [dp dtheta] in SE3, [x y theta] in SE2; None where the edges do not "
+      "determine them.");
 }
 
 }  // namespace highwall::python

@@ -243,10 +243,12 @@ struct FactorGraph::Impl {
     }
     return projected.Covariance(unknowns.others, wanted);
   }
-  // Describes an unobservable variable and the first of its factors; empty if there is no such
-  // variable.
+  // Describes a factor that cannot be evaluated, or else an unobservable variable and the first of
+  // its factors; empty if there is neither.
   std::string FirstUndetermined() {
-    const double* const block = internal::FindUndetermined(problem, Unknown());
+    const auto undetermined = internal::FindUndetermined(problem, Unknown());
+    if (!undetermined) return FirstFault();
+    const double* const block = *undetermined;
     if (block == nullptr) return "";
     const VariableSlot& slot = At(by_block.at(block));
     const std::string name = "variable " + std::to_string(by_block.at(block).index) + " (" +
@@ -475,11 +477,16 @@ std::string FactorGraph::FaultOf(const FactorId& factor) const {
 }
 
 double FactorGraph::SquaredError(const FactorId& factor) const {
+  const std::optional<double> error = TrySquaredError(factor);
+  HIGHWALL_REQUIRE(error, "FactorGraph::SquaredError: " + FaultOf(factor));
+  return *error;
+}
+
+std::optional<double> FactorGraph::TrySquaredError(const FactorId& factor) const {
   double cost = 0.0;
   const bool ok = impl_->problem.EvaluateResidualBlock(
       impl_->At(factor).residual, /*apply_loss_function=*/false, &cost, nullptr, nullptr);
-  HIGHWALL_REQUIRE(ok, "FactorGraph::SquaredError: " + FaultOf(factor));
-  return 2.0 * cost;
+  return ok ? std::optional(2.0 * cost) : std::nullopt;
 }
 
 double FactorGraph::Cost() const {
@@ -551,14 +558,7 @@ std::optional<Eigen::MatrixXd> FactorGraph::Covariance(
     std::span<const VariableId> variables) const {
   std::vector<double*> wanted;
   for (const VariableId& id : variables) wanted.push_back(impl_->At(id).block.get());
-  try {
-    const auto of_all = internal::TangentCovariance(impl_->problem, impl_->Unknown(),
-                                                    {wanted.begin(), wanted.end()});
-    // If a variable is unobservable, it may be one that is not requested.
-    return of_all ? of_all : internal::MarginalCovariance(impl_->problem, wanted, {});
-  } catch (const InvalidArgument&) {
-    throw InvalidArgument("FactorGraph::Covariance: " + impl_->FirstFault());
-  }
+  return internal::TangentCovariance(impl_->problem, impl_->Unknown(), wanted);
 }
 
 std::string FactorGraph::Undetermined() const {

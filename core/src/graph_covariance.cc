@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include <ceres/crs_matrix.h>
@@ -9,7 +10,7 @@
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 
-#include <highwall/core/error.h>
+#include "try_marginalize.h"
 
 namespace highwall::internal {
 namespace {
@@ -18,15 +19,16 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 
 using RowMajorSparse = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
-SparseMatrix Linearize(ceres::Problem& problem, const std::vector<double*>& unknown) {
+// Empty if a residual cannot be evaluated.
+std::optional<SparseMatrix> Linearize(ceres::Problem& problem,
+                                      const std::vector<double*>& unknown) {
   ceres::Problem::EvaluateOptions options;
   options.parameter_blocks = unknown;
   ceres::CRSMatrix J;
-  const bool ok = problem.Evaluate(options, nullptr, nullptr, nullptr, &J);
-  HIGHWALL_REQUIRE(ok, "Covariance: a factor cannot be evaluated");
-  return Eigen::Map<const RowMajorSparse>(J.num_rows, J.num_cols,
-                                          static_cast<Eigen::Index>(J.values.size()), J.rows.data(),
-                                          J.cols.data(), J.values.data());
+  if (!problem.Evaluate(options, nullptr, nullptr, nullptr, &J)) return std::nullopt;
+  return SparseMatrix(Eigen::Map<const RowMajorSparse>(
+      J.num_rows, J.num_cols, static_cast<Eigen::Index>(J.values.size()), J.rows.data(),
+      J.cols.data(), J.values.data()));
 }
 
 // J^T J of the blocks, scaled to a unit diagonal and factorized.
@@ -36,6 +38,7 @@ struct Normal {
   std::unordered_map<const double*, int> first_column;
   Eigen::VectorXd scale;  // of the columns of J
   Eigen::SimplicialLDLT<SparseMatrix> ldlt;
+  bool evaluates = true;                 // false: nothing else is valid
   const double* undetermined = nullptr;  // first block with an unobservable direction
 };
 
@@ -47,7 +50,10 @@ Normal::Normal(ceres::Problem& problem, const std::vector<double*>& unknown) {
                     static_cast<std::size_t>(problem.ParameterBlockTangentSize(block)), block);
   }
   if (block_of.empty()) return;
-  const SparseMatrix J = Linearize(problem, unknown);
+  const std::optional<SparseMatrix> linearized = Linearize(problem, unknown);
+  evaluates = linearized.has_value();
+  if (!evaluates) return;
+  const SparseMatrix& J = *linearized;
   const auto columns = static_cast<Eigen::Index>(block_of.size());
   // Zero without a factor; Eigen rejects the norm of a column without rows.
   scale = Eigen::VectorXd::Zero(columns);
@@ -85,16 +91,22 @@ std::vector<int> ColumnsOf(const ceres::Problem& problem, const std::vector<cons
   return columns;
 }
 
-const double* FindUndetermined(ceres::Problem& problem, const std::vector<double*>& unknown) {
-  return Normal(problem, unknown).undetermined;
+std::optional<const double*> FindUndetermined(ceres::Problem& problem,
+                                              const std::vector<double*>& unknown) {
+  const Normal normal(problem, unknown);
+  if (!normal.evaluates) return std::nullopt;
+  return normal.undetermined;
 }
 
 std::optional<Eigen::MatrixXd> TangentCovariance(ceres::Problem& problem,
                                                  const std::vector<double*>& unknown,
-                                                 const std::vector<const double*>& wanted) {
+                                                 const std::vector<double*>& wanted) {
   const Normal normal(problem, unknown);
-  if (normal.undetermined != nullptr) return std::nullopt;
-  const std::vector<int> wanted_columns = ColumnsOf(problem, wanted, normal.first_column);
+  if (!normal.evaluates) return std::nullopt;
+  // The unobservable block may be one that is not requested.
+  if (normal.undetermined != nullptr) return MarginalCovariance(problem, wanted, {});
+  const std::vector<int> wanted_columns =
+      ColumnsOf(problem, {wanted.begin(), wanted.end()}, normal.first_column);
   const auto size = static_cast<Eigen::Index>(wanted_columns.size());
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(size, size);
   for (Eigen::Index j = 0; j < size; ++j) {
@@ -127,8 +139,10 @@ std::optional<Eigen::MatrixXd> MarginalCovariance(ceres::Problem& problem,
   }
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(total, total);
   if (unknown.empty()) return covariance;
-  const Marginal marginal = Summarize(problem, unknown, options);
-  if (marginal.report.rank < unknown_total) return std::nullopt;
+  std::string fault;
+  const std::optional<Marginal> summary = TrySummarize(problem, unknown, options, &fault);
+  if (!summary || summary->report.rank < unknown_total) return std::nullopt;
+  const Marginal& marginal = *summary;
   const MarginalPrior& prior = *marginal.prior;
   const Eigen::MatrixXd inverse = prior.A().inverse();  // square: full rank
   const auto rows_of = [&](std::size_t i) {

@@ -15,16 +15,14 @@ namespace highwall::internal {
 // before it, rounding error for an unobservable one.
 inline constexpr double kMinPivot = 1e-13;
 
-// Returns the joint tangent-space covariance of `wanted` if only the blocks `unknown` are
-// estimated; blocks of `wanted` that are not among `unknown` get zeros. Empty if the Jacobian with
-// respect to `unknown` does not have full column rank. Throws InvalidArgument if it cannot be
-// evaluated.
+// Returns the joint tangent-space covariance of `wanted`, all other blocks estimated as well;
+// constant blocks get zeros. Empty if a direction of `wanted` is unobservable, or if a residual
+// cannot be evaluated. unknown: all blocks that are not constant.
 std::optional<Eigen::MatrixXd> TangentCovariance(ceres::Problem& problem,
                                                  const std::vector<double*>& unknown,
-                                                 const std::vector<const double*>& wanted);
+                                                 const std::vector<double*>& wanted);
 
-// The same with all other blocks marginalized, whether they are observable or not. Empty if a
-// direction of `wanted` is unobservable; constant blocks get zeros.
+// The same by marginalization of all other blocks.
 std::optional<Eigen::MatrixXd> MarginalCovariance(ceres::Problem& problem,
                                                   const std::vector<double*>& wanted,
                                                   const MarginalizationOptions& options);
@@ -34,8 +32,8 @@ std::vector<int> ColumnsOf(const ceres::Problem& problem, const std::vector<cons
                            const std::unordered_map<const double*, int>& first_column);
 
 // Returns a block of `unknown` with a direction that is not observable from the factors, given the
-// blocks before it; null if there is none. Throws InvalidArgument if the Jacobian cannot be
-// evaluated.
-const double* FindUndetermined(ceres::Problem& problem, const std::vector<double*>& unknown);
+// blocks before it; null if there is none. Empty if a residual cannot be evaluated.
+std::optional<const double*> FindUndetermined(ceres::Problem& problem,
+                                              const std::vector<double*>& unknown);
 
 }  // namespace highwall::internal

@@ -3,13 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include <ceres/problem.h>
 #include <Eigen/QR>
 
+#include <highwall/core/error.h>
 #include <highwall/internal/require.h>
 #include "linearization.h"
 #include "row_system.h"
+#include "try_marginalize.h"
 
 namespace highwall {
 namespace {
@@ -55,6 +60,15 @@ void InformationLossOptions::Validate() const {
 std::vector<double> InformationLoss(const ceres::Problem& problem,
                                     std::span<const std::vector<double*>> candidates,
                                     const InformationLossOptions& options) {
+  std::string fault;
+  auto loss = internal::TryInformationLoss(problem, candidates, options, &fault);
+  HIGHWALL_REQUIRE(loss, fault);
+  return std::move(*loss);
+}
+
+std::optional<std::vector<double>> internal::TryInformationLoss(
+    const ceres::Problem& problem, std::span<const std::vector<double*>> candidates,
+    const InformationLossOptions& options, std::string* fault) {
   options.Validate();
   std::vector<double*> states;
   for (const auto& candidate : candidates) {
@@ -74,9 +88,12 @@ std::vector<double> InformationLoss(const ceres::Problem& problem,
   std::vector<Rows> all;
   all.reserve(residuals.size());
   for (const ceres::ResidualBlockId residual : residuals) {
-    Rows rows = linearization.Linearize(residual);
-    if (!rows.blocks.empty()) all.push_back(std::move(rows));
+    std::optional<Rows> rows = linearization.Linearize(residual);
+    if (!rows) break;
+    if (!rows->blocks.empty()) all.push_back(std::move(*rows));
   }
+  *fault = linearization.fault();
+  if (!fault->empty()) return std::nullopt;
 
   const std::vector<int> sizes = linearization.TangentSizes();
   const double tolerance = options.marginalization.rank_tolerance;

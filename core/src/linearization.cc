@@ -91,7 +91,11 @@ Linearization::Linearization(const ceres::Problem& problem, const Marginalizatio
   for (const double* block : options.relinearized) first_estimates_.erase(block);
 }
 
-LinearBlock Linearization::MakeBlock(double* values) const {
+void Linearization::Fail(const std::string& why) {
+  if (fault_.empty()) fault_ = why;
+}
+
+LinearBlock Linearization::MakeBlock(double* values) {
   LinearBlock block;
   block.values = values;
   block.size = problem_.ParameterBlockSize(values);
@@ -105,14 +109,16 @@ LinearBlock Linearization::MakeBlock(double* values) const {
   }
   if (block.manifold != nullptr) {
     block.plus.resize(block.size, block.tangent_size);
-    HIGHWALL_REQUIRE(block.manifold->PlusJacobian(block.point.data(), block.plus.data()),
-                     "Marginalize: a manifold cannot be linearized");
+    if (!block.manifold->PlusJacobian(block.point.data(), block.plus.data())) {
+      Fail("Marginalize: a manifold cannot be linearized");
+    }
   }
   if (!block.moved) return block;
   block.offset.resize(block.tangent_size);
   if (block.manifold != nullptr) {
-    const bool ok = block.manifold->Minus(values, block.point.data(), block.offset.data());
-    HIGHWALL_REQUIRE(ok, "Marginalize: a manifold cannot compare a block with its first estimate");
+    if (!block.manifold->Minus(values, block.point.data(), block.offset.data())) {
+      Fail("Marginalize: a manifold cannot compare a block with its first estimate");
+    }
   } else {
     for (int k = 0; k < block.size; ++k) {
       block.offset[k] = values[k] - block.point[static_cast<std::size_t>(k)];
@@ -121,7 +127,7 @@ LinearBlock Linearization::MakeBlock(double* values) const {
   return block;
 }
 
-Rows Linearization::Linearize(ceres::ResidualBlockId residual) {
+std::optional<Rows> Linearization::Linearize(ceres::ResidualBlockId residual) {
   const ceres::CostFunction& cost = Unguarded(*problem_.GetCostFunctionForResidualBlock(residual));
   auto& [values, indices, present, points, jacobians, order, now, first] = scratch_;
   problem_.GetParameterBlocksForResidualBlock(residual, &values);
@@ -136,20 +142,22 @@ Rows Linearization::Linearize(ceres::ResidualBlockId residual) {
     columns += blocks_[static_cast<std::size_t>(index)].tangent_size;
     moved |= blocks_[static_cast<std::size_t>(index)].moved;
   }
+  if (!fault_.empty()) return std::nullopt;
   std::sort(order.begin(), order.end());
   present.assign(values.begin(), values.end());
 
-  const bool ok = Evaluate(cost, present, !moved, &now);
-  HIGHWALL_REQUIRE(ok && now.r.allFinite(),
-                   "Marginalize: a " + TypeName(typeid(cost)) + " cannot be evaluated");
-  if (moved) {
+  bool ok = Evaluate(cost, present, !moved, &now) && now.r.allFinite();
+  if (ok && moved) {
     points = present;
     for (const auto& [index, i] : order) {
       points[i] = blocks_[static_cast<std::size_t>(index)].point.data();
     }
     // Otherwise the first estimate is outside of the factor's domain.
-    HIGHWALL_REQUIRE(Evaluate(cost, points, true, &first) || Evaluate(cost, present, true, &first),
-                     "Marginalize: a " + TypeName(typeid(cost)) + " cannot be evaluated");
+    ok = Evaluate(cost, points, true, &first) || Evaluate(cost, present, true, &first);
+  }
+  if (!ok) {
+    Fail("Marginalize: a " + TypeName(typeid(cost)) + " cannot be evaluated");
+    return std::nullopt;
   }
   const std::vector<RowMajor>& J = moved ? first.J : now.J;
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -38,11 +40,14 @@ class Linearization {
  public:
   Linearization(const ceres::Problem& problem, const MarginalizationOptions& options);
 
-  // Throws InvalidArgument if it cannot be evaluated or is not finite.
-  Rows Linearize(ceres::ResidualBlockId residual);
+  // Returns empty if it cannot be evaluated or is not finite.
+  std::optional<Rows> Linearize(ceres::ResidualBlockId residual);
 
   // Returns the index of the unknown; -1 if the block is fixed.
   int IndexOf(double* block);
+
+  // Returns the first reason why a residual or a block could not be linearized; empty if all could.
+  const std::string& fault() const { return fault_; }
 
   const std::vector<LinearBlock>& blocks() const { return blocks_; }
   std::vector<int> TangentSizes() const;
@@ -63,7 +68,8 @@ class Linearization {
     Evaluation now, first;
   };
 
-  LinearBlock MakeBlock(double* values) const;
+  LinearBlock MakeBlock(double* values);
+  void Fail(const std::string& why);
   bool Evaluate(const ceres::CostFunction& cost, const std::vector<const double*>& parameters,
                 bool with_jacobians, Evaluation* out);
   bool EvaluateUnguarded(const ceres::CostFunction& cost,
@@ -76,6 +82,7 @@ class Linearization {
   std::vector<LinearBlock> blocks_;
   std::unordered_map<const double*, int> index_;
   Scratch scratch_;
+  std::string fault_;
 };
 
 // Returns the residual blocks connected to any of `blocks`, in the order of the problem.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
+#include <string>
 #include <unordered_set>
 #include <utility>
 
@@ -11,6 +13,7 @@
 #include <highwall/internal/number_text.h>
 #include "linearization.h"
 #include "row_system.h"
+#include "try_marginalize.h"
 
 namespace highwall {
 namespace {
@@ -22,9 +25,10 @@ using internal::Rows;
 using internal::RowSystem;
 
 // Makes the prior [A | b] over the blocks `kept` of the linearization; blocks with zero columns are
-// left out.
-Marginal MakePrior(const std::vector<LinearBlock>& blocks, const std::vector<int>& kept,
-                   const RankRevealed& revealed, MarginalizationReport report) {
+// left out. Empty if the prior is not finite.
+std::optional<Marginal> MakePrior(const std::vector<LinearBlock>& blocks,
+                                  const std::vector<int>& kept, const RankRevealed& revealed,
+                                  MarginalizationReport report) {
   Marginal marginal;
   std::vector<MarginalPrior::Block> prior_blocks;
   Eigen::MatrixXd A(revealed.A.rows(), revealed.A.cols());
@@ -45,6 +49,7 @@ Marginal MakePrior(const std::vector<LinearBlock>& blocks, const std::vector<int
   report.condition = revealed.condition;
   marginal.report = report;
   if (report.rank > 0) {
+    if (!A.leftCols(to).allFinite() || !revealed.b.allFinite()) return std::nullopt;
     marginal.prior =
         std::make_unique<MarginalPrior>(std::move(prior_blocks), A.leftCols(to), revealed.b);
   }
@@ -52,8 +57,10 @@ Marginal MakePrior(const std::vector<LinearBlock>& blocks, const std::vector<int
 }
 
 // Linearizes `residuals` and eliminates `removed`.
-Marginal Reduce(const ceres::Problem& problem, const std::vector<ceres::ResidualBlockId>& residuals,
-                const std::vector<double*>& removed, const MarginalizationOptions& options) {
+std::optional<Marginal> Reduce(const ceres::Problem& problem,
+                               const std::vector<ceres::ResidualBlockId>& residuals,
+                               const std::vector<double*>& removed,
+                               const MarginalizationOptions& options, std::string* fault) {
   Linearization linearization(problem, options);
   std::vector<int> eliminated;
   for (double* block : removed) {
@@ -63,8 +70,12 @@ Marginal Reduce(const ceres::Problem& problem, const std::vector<ceres::Residual
   std::vector<Rows> all;
   all.reserve(residuals.size());
   for (const ceres::ResidualBlockId residual : residuals) {
-    all.push_back(linearization.Linearize(residual));
+    std::optional<Rows> rows = linearization.Linearize(residual);
+    if (!rows) break;
+    all.push_back(std::move(*rows));
   }
+  *fault = linearization.fault();
+  if (!fault->empty()) return std::nullopt;
 
   MarginalizationReport report;
   report.factors = static_cast<int>(residuals.size());
@@ -84,7 +95,15 @@ Marginal Reduce(const ceres::Problem& problem, const std::vector<ceres::Residual
   std::iota(kept.begin(), kept.end(), static_cast<int>(eliminated.size()));
   const RankRevealed revealed =
       internal::RevealRank(system.Triangular(kept), system.Lengths(kept), options.rank_tolerance);
-  return MakePrior(linearization.blocks(), kept, revealed, report);
+  std::optional<Marginal> marginal = MakePrior(linearization.blocks(), kept, revealed, report);
+  if (!marginal) *fault = "Marginalize: the prior is not finite";
+  return marginal;
+}
+
+// Returns the marginal of the public functions, whose callers vouch for the values.
+Marginal Required(std::optional<Marginal> marginal, const std::string& fault) {
+  HIGHWALL_REQUIRE(marginal, fault);
+  return std::move(*marginal);
 }
 
 }  // namespace
@@ -97,16 +116,31 @@ void MarginalizationOptions::Validate() const {
 
 Marginal Marginalize(const ceres::Problem& problem, std::span<double* const> removed,
                      const MarginalizationOptions& options) {
-  options.Validate();
-  const std::vector<double*> blocks(removed.begin(), removed.end());
-  internal::RequireBlocks(problem, blocks);
-  return Reduce(problem, internal::ResidualsOf(problem, blocks), blocks, options);
+  std::string fault;
+  return Required(internal::TryMarginalize(problem, removed, options, &fault), fault);
 }
 
 Marginal Summarize(const ceres::Problem& problem, std::span<double* const> kept,
                    const MarginalizationOptions& options) {
+  std::string fault;
+  return Required(internal::TrySummarize(problem, kept, options, &fault), fault);
+}
+
+namespace internal {
+
+std::optional<Marginal> TryMarginalize(const ceres::Problem& problem,
+                                       std::span<double* const> removed,
+                                       const MarginalizationOptions& options, std::string* fault) {
   options.Validate();
-  internal::RequireBlocks(problem, {kept.begin(), kept.end()});
+  const std::vector<double*> blocks(removed.begin(), removed.end());
+  RequireBlocks(problem, blocks);
+  return Reduce(problem, ResidualsOf(problem, blocks), blocks, options, fault);
+}
+
+std::optional<Marginal> TrySummarize(const ceres::Problem& problem, std::span<double* const> kept,
+                                     const MarginalizationOptions& options, std::string* fault) {
+  options.Validate();
+  RequireBlocks(problem, {kept.begin(), kept.end()});
   const std::unordered_set<const double*> stay(kept.begin(), kept.end());
   std::vector<ceres::ResidualBlockId> residuals;
   problem.GetResidualBlocks(&residuals);
@@ -119,7 +153,9 @@ Marginal Summarize(const ceres::Problem& problem, std::span<double* const> kept,
       if (stay.count(block) == 0 && met.insert(block).second) removed.push_back(block);
     }
   }
-  return Reduce(problem, residuals, removed, options);
+  return Reduce(problem, residuals, removed, options, fault);
 }
+
+}  // namespace internal
 
 }  // namespace highwall

@@ -148,14 +148,17 @@ void InitializePoseGraph(PoseGraph* graph, PoseGraphInitialization initializatio
   graph->has_poses = true;
 }
 
-Eigen::MatrixXd PoseGraphCovariance(const PoseGraph& graph, std::span<const std::int64_t> ids,
-                                    std::span<const std::size_t> without) {
+std::optional<Eigen::MatrixXd> PoseGraphCovariance(const PoseGraph& graph,
+                                                   std::span<const std::int64_t> ids,
+                                                   std::span<const std::size_t> without) {
   const PoseGraphTopology topology(graph);
   internal::RequireValues(graph);
   RequirePoses(graph);
   std::vector<bool> used(graph.edges.size(), true);
   for (const std::size_t edge : without) {
-    HIGHWALL_REQUIRE(edge < used.size(), "PoseGraphCovariance: there is no edge to leave out");
+    HIGHWALL_REQUIRE(edge < used.size(),
+                     "PoseGraphCovariance: there is no edge " + std::to_string(edge) +
+                         " to leave out, the graph has " + std::to_string(used.size()));
     used[edge] = false;
   }
   PoseGraphProblem problem(graph, topology);
@@ -164,10 +167,7 @@ Eigen::MatrixXd PoseGraphCovariance(const PoseGraph& graph, std::span<const std:
   }
   std::vector<VariableId> wanted;
   for (const std::int64_t id : ids) wanted.push_back(problem.variable(topology.IndexOf(id)));
-  const auto covariance = problem.graph().Covariance(wanted);
-  HIGHWALL_REQUIRE(covariance, "PoseGraphCovariance: the edges do not determine these nodes: " +
-                                   problem.graph().Undetermined());
-  return *covariance;
+  return problem.graph().Covariance(wanted);
 }
 
 }  // namespace highwall

@@ -16,14 +16,16 @@ namespace {
 
 // Adds the information of the residuals to the upper triangle of H, factor by factor: a partial
 // evaluation by Ceres and a sparse product of an almost dense matrix would take longer than all
-// landmarks together.
-void AddInformation(const ceres::Problem& problem,
+// landmarks together. Returns false if a factor cannot be evaluated.
+bool AddInformation(const ceres::Problem& problem,
                     const std::vector<ceres::ResidualBlockId>& residuals,
                     const std::unordered_map<const double*, int>& first_column,
                     Eigen::MatrixXd* H) {
   Linearization linearization(problem, {});
   for (const ceres::ResidualBlockId residual : residuals) {
-    const Rows rows = linearization.Linearize(residual);
+    const std::optional<Rows> linearized = linearization.Linearize(residual);
+    if (!linearized) return false;
+    const Rows& rows = *linearized;
     const auto J = rows.matrix.leftCols(rows.matrix.cols() - 1);
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(J.cols(), J.cols());
     sum.selfadjointView<Eigen::Upper>().rankUpdate(J.transpose());
@@ -41,6 +43,7 @@ void AddInformation(const ceres::Problem& problem,
       }
     }
   }
+  return true;
 }
 
 // Returns `unknown` with the unknowns of the projection first, in the order of its columns.
@@ -128,7 +131,7 @@ std::optional<Eigen::MatrixXd> ProjectedProblem::Covariance(
   Eigen::MatrixXd H = Eigen::MatrixXd::Zero(n, n);
   Eigen::VectorXd eliminated = Eigen::VectorXd::Zero(n);
   if (!projection_.AddInformation(&H, &eliminated)) return std::nullopt;
-  AddInformation(problem_, others_, first, &H);
+  if (!AddInformation(problem_, others_, first, &H)) return std::nullopt;
   const Eigen::VectorXd scale = H.diagonal().cwiseSqrt().cwiseInverse();
   if (!scale.allFinite()) return std::nullopt;
   const Eigen::VectorXd left = H.diagonal().cwiseQuotient(H.diagonal() + eliminated);

@@ -29,7 +29,7 @@ class ProjectedProblem {
   // Returns the joint tangent-space covariance of `wanted` if the landmarks and the blocks
   // `unknown` are estimated, the landmarks eliminated as in the solver: from the equations of
   // Solve() if there are any. The reduced system is dense. Blocks of `wanted` that are not among
-  // `unknown` get zeros. Empty if a direction is unobservable.
+  // `unknown` get zeros. Empty if a direction is unobservable or a factor cannot be evaluated.
   std::optional<Eigen::MatrixXd> Covariance(const std::vector<double*>& unknown,
                                             const std::vector<const double*>& wanted) const;
 

@@ -14,6 +14,7 @@
 #include <highwall/internal/stopwatch.h>
 #include "graph_covariance.h"
 #include "sliding_window_file.h"
+#include "try_marginalize.h"
 
 namespace highwall {
 namespace {
@@ -70,14 +71,14 @@ struct SlidingWindowSmoother::Impl {
   std::string FaultOfSolution() const;
 
   MarginalizationOptions PriorOptions() const;
-  std::optional<Stamp> ChooseLeaving(UpdateReport* report);
-  Stamp LeastInformative(UpdateReport* report);
+  std::optional<Stamp> ChooseLeaving(UpdateReport* report, std::string* fault);
+  std::optional<Stamp> LeastInformative(UpdateReport* report, std::string* fault);
   bool IsSeenFrom(const VariableId& landmark, Stamp stamp) const;
   std::vector<VariableId> LeavingLandmarks(Stamp stamp, Leaving* all, UpdateReport* report);
-  void Leave(Stamp stamp, Leaving* all, UpdateReport* report);
+  std::string Leave(Stamp stamp, Leaving* all, UpdateReport* report);
   std::size_t Suspend(const std::vector<FactorId>& factors, Leaving* all);
   void TakeBack(const Leaving& all);
-  void Shrink(UpdateReport* report);
+  std::string Shrink(UpdateReport* report);
 };
 
 const char* ToString(LeavingPolicy policy) {
@@ -197,8 +198,9 @@ std::string SlidingWindowSmoother::Impl::FaultOfSolution() const {
   if (!std::isfinite(options.max_error)) return "";
   for (std::size_t i = 0; i < new_factors.size(); ++i) {
     if (!graph.Contains(new_factors[i])) continue;
-    const double error = std::sqrt(graph.SquaredError(new_factors[i]) /
-                                   graph.Factor(new_factors[i]).num_residuals());
+    const std::optional<double> squared = graph.TrySquaredError(new_factors[i]);
+    if (!squared) return graph.FaultOf(new_factors[i]);
+    const double error = std::sqrt(*squared / graph.Factor(new_factors[i]).num_residuals());
     if (!(error <= options.max_error)) {
       return "factor " + std::to_string(i + 1) + " of the " + std::to_string(new_factors.size()) +
              " added since the last update is left with an error of " + FixedText(error) +
@@ -218,24 +220,29 @@ MarginalizationOptions SlidingWindowSmoother::Impl::PriorOptions() const {
   return result;
 }
 
-std::optional<Stamp> SlidingWindowSmoother::Impl::ChooseLeaving(UpdateReport* report) {
+// Returns the stamp that leaves next; empty if none does, or if the choice fails: see `fault`.
+std::optional<Stamp> SlidingWindowSmoother::Impl::ChooseLeaving(UpdateReport* report,
+                                                                std::string* fault) {
   if (states.empty()) return std::nullopt;
   const Stamp oldest = states.begin()->first, newest = states.rbegin()->first;
   if (ToSeconds(newest - oldest) > options.max_seconds) return oldest;
   if (states.size() <= static_cast<std::size_t>(options.max_states)) return std::nullopt;
-  if (options.leaving == LeavingPolicy::kLeastInformation) return LeastInformative(report);
+  if (options.leaving == LeavingPolicy::kLeastInformation) return LeastInformative(report, fault);
   return oldest;
 }
 
-Stamp SlidingWindowSmoother::Impl::LeastInformative(UpdateReport* report) {
+std::optional<Stamp> SlidingWindowSmoother::Impl::LeastInformative(UpdateReport* report,
+                                                                   std::string* fault) {
   std::vector<Stamp> stamps;
   std::vector<std::vector<double*>> candidates;
   for (const auto& [stamp, ids] : states) {
     stamps.push_back(stamp);
     candidates.push_back(Blocks(ids));
   }
-  const std::vector<double> loss =
-      InformationLoss(graph.problem(), candidates, {.marginalization = PriorOptions()});
+  const auto losses = internal::TryInformationLoss(graph.problem(), candidates,
+                                                   {.marginalization = PriorOptions()}, fault);
+  if (!losses) return std::nullopt;
+  const std::vector<double>& loss = *losses;
   const std::size_t protect = static_cast<std::size_t>(options.protected_states);
   const std::size_t count = stamps.size() > protect ? stamps.size() - protect : 1;
   report->information_loss.clear();
@@ -299,10 +306,14 @@ void SlidingWindowSmoother::Impl::TakeBack(const Leaving& all) {
   for (const FactorId& prior : all.priors) graph.RemoveFactor(prior);
 }
 
-void SlidingWindowSmoother::Impl::Leave(Stamp stamp, Leaving* all, UpdateReport* report) {
+// Returns the reason why the states of `stamp` cannot be marginalized; empty if they were.
+std::string SlidingWindowSmoother::Impl::Leave(Stamp stamp, Leaving* all, UpdateReport* report) {
   std::vector<VariableId> leaving = LeavingLandmarks(stamp, all, report);
   leaving.insert(leaving.end(), states.at(stamp).begin(), states.at(stamp).end());
-  Marginal marginal = Marginalize(graph.problem(), Blocks(leaving), PriorOptions());
+  std::string fault;
+  std::optional<Marginal> marginal =
+      internal::TryMarginalize(graph.problem(), Blocks(leaving), PriorOptions(), &fault);
+  if (!marginal) return fault;
   std::vector<FactorId> factors;
   for (const VariableId& id : leaving) {
     factors.insert(factors.end(), graph.FactorsOf(id).begin(), graph.FactorsOf(id).end());
@@ -311,24 +322,37 @@ void SlidingWindowSmoother::Impl::Leave(Stamp stamp, Leaving* all, UpdateReport*
   states.erase(stamp);
   all->variables.insert(all->variables.end(), leaving.begin(), leaving.end());
   report->left.push_back(stamp);
-  report->reports.push_back(marginal.report);
-  if (marginal.prior == nullptr) return;
+  report->reports.push_back(marginal->report);
+  if (marginal->prior == nullptr) return "";
   std::vector<VariableId> kept;
-  for (const double* block : marginal.blocks) kept.push_back(graph.FindVariable(block));
-  all->priors.push_back(graph.AddFactorToBlocks(std::move(marginal.prior), nullptr, kept));
+  for (const double* block : marginal->blocks) kept.push_back(graph.FindVariable(block));
+  all->priors.push_back(graph.AddFactorToBlocks(std::move(marginal->prior), nullptr, kept));
+  return "";
 }
 
-void SlidingWindowSmoother::Impl::Shrink(UpdateReport* report) {
+// Returns the reason why the states that should leave cannot; empty if they left.
+std::string SlidingWindowSmoother::Impl::Shrink(UpdateReport* report) {
   const auto states_before = states;
   const UpdateReport before = *report;
   Leaving all;
-  try {
-    while (const std::optional<Stamp> stamp = ChooseLeaving(report)) Leave(*stamp, &all, report);
-  } catch (...) {
+  const auto take_back = [&] {
     TakeBack(all);
     states = states_before;
     *report = before;
+  };
+  std::string fault;
+  try {
+    while (const std::optional<Stamp> stamp = ChooseLeaving(report, &fault)) {
+      fault = Leave(*stamp, &all, report);
+      if (!fault.empty()) break;
+    }
+  } catch (...) {  // no memory: the window must not remain half changed
+    take_back();
     throw;
+  }
+  if (!fault.empty()) {
+    take_back();
+    return fault;
   }
   for (const FactorId& factor : all.factors) graph.RemoveFactor(factor);
   report->removed = std::move(all.variables);
@@ -341,6 +365,7 @@ void SlidingWindowSmoother::Impl::Shrink(UpdateReport* report) {
     Remove(id);
     report->removed.push_back(id);
   }
+  return "";
 }
 
 SlidingWindowSmoother::SlidingWindowSmoother(const SlidingWindowOptions& options)
@@ -384,6 +409,10 @@ UpdateReport SlidingWindowSmoother::Update(std::span<const VariableId> covarianc
   UpdateReport report;
   const Impl::Values before = impl_->Snapshot();
   std::string fault;
+  const auto forget_new = [&] {
+    impl_->new_variables.clear();
+    impl_->new_factors.clear();
+  };
   try {
     fault = impl_->FaultOfNewFactors();
     if (fault.empty()) fault = impl_->Solve(update, covariance_of, &report);
@@ -395,11 +424,13 @@ UpdateReport SlidingWindowSmoother::Update(std::span<const VariableId> covarianc
     }
     if (fault.empty()) {
       const Stopwatch shrinking;
-      impl_->Shrink(&report);
+      fault = impl_->Shrink(&report);
       impl_->shrink_seconds = shrinking.Seconds();
     }
-  } catch (const std::exception& error) {
-    fault = error.what();
+  } catch (...) {  // no memory: the window must not remain half changed
+    impl_->RollBack(before);
+    forget_new();
+    throw;
   }
   report.accepted = fault.empty();
   if (!report.accepted) {
@@ -407,8 +438,7 @@ UpdateReport SlidingWindowSmoother::Update(std::span<const VariableId> covarianc
     report.covariance.reset();
     impl_->RollBack(before);
   }
-  impl_->new_variables.clear();
-  impl_->new_factors.clear();
+  forget_new();
   report.seconds = update.Seconds();
   return report;
 }
@@ -535,7 +565,7 @@ void SlidingWindowSmoother::Restore(const std::filesystem::path& path,
     try {
       auto prior = std::make_unique<MarginalPrior>(std::move(blocks), file.A, file.b);
       impl_->graph.AddFactorToBlocks(std::move(prior), nullptr, under);
-    } catch (const InvalidArgument& error) {
+    } catch (const InvalidArgument& error) {  // the file's fault, which IoError reports
       throw IoError(path, std::string("its prior does not fit its variables: ") + error.what());
     }
   }

@@ -388,7 +388,9 @@ TEST(FactorGraph, NamesAFactorThatCannotBeEvaluatedAndPrintsNothing) {
       EXPECT_EQ(PrintedBy([&] {
                   if (residual) ExpectThrowsNamed([&] { graph.Cost(); });
                   if (residual) ExpectThrowsNamed([&] { graph.SquaredError(bad); });
-                  if (!fixed) ExpectThrowsNamed([&] { graph.Covariance(x); });
+                  if (fixed) return;
+                  EXPECT_FALSE(graph.Covariance(x));
+                  ExpectNamed(graph.Undetermined());
                 }),
                 "");
       EXPECT_EQ(graph.FaultOf(graph.FactorsOf(pose).front()), "");
@@ -483,6 +485,14 @@ TEST(FactorGraph, NamesTheVariableThatMakesASystemSingularAndPrintsNothing) {
   const auto alone = graph.AddVariable(1.0);
   EXPECT_FALSE(graph.Covariance(alone));
   EXPECT_EQ(graph.Undetermined(), "variable 0 (double) is in no factor: fix it, or add a prior");
+}
+
+TEST(FactorGraph, CovarianceOfAVariableThatWasRemovedIsAnError) {
+  FactorGraph graph, other;
+  const auto x = graph.AddVariable(1.0);
+  graph.Remove(x);
+  EXPECT_THROW(graph.Covariance(x), InvalidArgument);
+  EXPECT_THROW(graph.Covariance(other.AddVariable(1.0)), InvalidArgument);
 }
 
 TEST(FactorGraph, NamesAFactorWhoseSquareIsNoNumberAndPrintsNothing) {

@@ -311,7 +311,7 @@ TEST(PoseGraph, TheThresholdOfLoopsIsAnOption) {
 TEST(PoseGraph, CovarianceOfAChainIsTheSumOfItsSteps) {
   PoseGraph chain = MakeField(12, 0.0, 1);  // straight along x
   const std::int64_t ids[] = {2, 0};
-  const Eigen::MatrixXd covariance = PoseGraphCovariance(chain, ids);
+  const Eigen::MatrixXd covariance = *PoseGraphCovariance(chain, ids);
   ASSERT_EQ(covariance.rows(), 6);
   // Two steps of 1 m: the rotation error of the first one moves the second one sideways.
   const double p2 = 0.05 * 0.05, a2 = 0.02 * 0.02;
@@ -324,21 +324,29 @@ TEST(PoseGraph, CovarianceOfAChainIsTheSumOfItsSteps) {
 TEST(PoseGraph, CovarianceShrinksByLoopsAndCanLeaveThemOut) {
   PoseGraph graph = MakeSphere(13);
   const std::int64_t ids[] = {159};
-  const Eigen::MatrixXd with = PoseGraphCovariance(graph, ids);
+  const Eigen::MatrixXd with = *PoseGraphCovariance(graph, ids);
   std::vector<std::size_t> loops;
   for (std::size_t e = 0; e < graph.edges.size(); ++e) {
     if (graph.edges[e].IsLoop()) loops.push_back(e);
   }
-  const Eigen::MatrixXd without = PoseGraphCovariance(graph, ids, loops);
+  const Eigen::MatrixXd without = *PoseGraphCovariance(graph, ids, loops);
   ASSERT_EQ(with.rows(), 6);
   EXPECT_GT(without.trace(), 5.0 * with.trace());
   const std::size_t last_step[] = {158};
-  EXPECT_NO_THROW(PoseGraphCovariance(graph, ids, last_step));
+  EXPECT_TRUE(PoseGraphCovariance(graph, ids, last_step));
   std::vector<std::size_t> all(graph.edges.size());
   std::iota(all.begin(), all.end(), 0u);
-  EXPECT_THROW(PoseGraphCovariance(graph, ids, all), InvalidArgument);
-  const std::int64_t unknown[] = {4711};
+  EXPECT_FALSE(PoseGraphCovariance(graph, ids, all)) << "nothing determines the node";
+}
+
+TEST(PoseGraph, CovarianceRefusesNodesEdgesAndPosesThatAreNotThere) {
+  PoseGraph graph = MakeSphere(13);
+  const std::int64_t ids[] = {159}, unknown[] = {4711};
+  const std::size_t beyond[] = {graph.edges.size()};
   EXPECT_THROW(PoseGraphCovariance(graph, unknown), InvalidArgument);
+  EXPECT_THROW(PoseGraphCovariance(graph, ids, beyond), InvalidArgument);
+  graph.has_poses = false;
+  EXPECT_THROW(PoseGraphCovariance(graph, ids), InvalidArgument);
 }
 
 // A chain of nodes whose odometry rotates a little too much at each step, with factors that fix the
@@ -375,7 +383,7 @@ TEST(PoseGraph, FactorsOnNodesConstrainAFrameThatNoEdgeReaches) {
 
   const std::int64_t last[] = {30};
   const auto uncertainty = [&] {
-    return std::sqrt(PoseGraphCovariance(graph, last).topLeftCorner(3, 3).trace());
+    return std::sqrt(PoseGraphCovariance(graph, last)->topLeftCorner(3, 3).trace());
   };
   graph.nodes.front().fixed = false;
   graph.nodes.back().fixed = true;

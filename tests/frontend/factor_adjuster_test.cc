@@ -293,9 +293,9 @@ TEST_F(FactorAdjusterTest, ALoopIsClosedWithThemAndTheirFrame) {
   EXPECT_EQ(graph.graph.factors.size(), 51u);  // plus the factor of the frame's tilt
   // A loop is judged by the drift that remains with these factors.
   const LoopEdge loop = ring.Loop(0_kf, ring.last());
-  const double with = LoopChi2(graph, loop);
+  const double with = *LoopChi2(graph, loop);
   map.factors() = {};
-  const double without = LoopChi2(MakeKeyFrameGraph(map, {}), loop);
+  const double without = *LoopChi2(MakeKeyFrameGraph(map, {}), loop);
   EXPECT_GT(with, 10.0 * without);
 }
 

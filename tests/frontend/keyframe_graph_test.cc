@@ -95,21 +95,21 @@ TEST_F(KeyFrameGraphTest, LeavesOutALoopBetweenKeyFramesThatOdometryNowConnects)
 TEST_F(KeyFrameGraphTest, JudgesALoopByThePathBetweenItsKeyFrames) {
   const Pose truth = map().keyframe(0_kf)->T_WC.Inverse() * map().keyframe(19_kf)->T_WC;
   const Pose off = truth * Pose::FromTangent({0.05, 0.0, 0.0}, {0.0, 0.0, 0.0});
-  const double chi2 = LoopChi2(MakeKeyFrameGraph(map(), {}), {0_kf, 19_kf, off});
-  EXPECT_LT(LoopChi2(MakeKeyFrameGraph(map(), {}), {0_kf, 19_kf, truth}), 1e-9);
+  const double chi2 = *LoopChi2(MakeKeyFrameGraph(map(), {}), {0_kf, 19_kf, off});
+  EXPECT_LT(*LoopChi2(MakeKeyFrameGraph(map(), {}), {0_kf, 19_kf, truth}), 1e-9);
   EXPECT_GT(chi2, 0.01);
   // An error twice as large has four times the chi-squared: the covariance does not depend on the
   // measurement.
   const Pose twice = truth * Pose::FromTangent({0.1, 0.0, 0.0}, {0.0, 0.0, 0.0});
-  EXPECT_NEAR(LoopChi2(MakeKeyFrameGraph(map(), {}), {0_kf, 19_kf, twice}), 4.0 * chi2,
+  EXPECT_NEAR(*LoopChi2(MakeKeyFrameGraph(map(), {}), {0_kf, 19_kf, twice}), 4.0 * chi2,
               1e-6 * chi2);
   // Less drift is possible over a shorter path.
   const Pose near = map().keyframe(15_kf)->T_WC.Inverse() * map().keyframe(19_kf)->T_WC *
                     Pose::FromTangent({0.05, 0.0, 0.0}, {0.0, 0.0, 0.0});
-  EXPECT_GT(LoopChi2(MakeKeyFrameGraph(map(), {}), {15_kf, 19_kf, near}), 2.0 * chi2);
+  EXPECT_GT(*LoopChi2(MakeKeyFrameGraph(map(), {}), {15_kf, 19_kf, near}), 2.0 * chi2);
   // Nor is much drift possible where a loop has connected both ends before.
   const std::vector<LoopEdge> before{{0_kf, 19_kf, truth}};
-  EXPECT_GT(LoopChi2(MakeKeyFrameGraph(map(), before), {0_kf, 19_kf, off}), 2.0 * chi2);
+  EXPECT_GT(*LoopChi2(MakeKeyFrameGraph(map(), before), {0_kf, 19_kf, off}), 2.0 * chi2);
 }
 
 TEST_F(KeyFrameGraphTest, NeedsTwoKeyFrames) {

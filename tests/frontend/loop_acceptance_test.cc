@@ -22,7 +22,7 @@ class LoopAcceptance : public ::testing::Test {
     return CorrectLoop(before, {loop, {}, {}, 0.0}, model_, {}, {}, &map).accepted;
   }
   static double Chi2(const RingMap& ring, const LoopEdge& loop) {
-    return LoopChi2(MakeKeyFrameGraph(ring.map, {}), loop);
+    return *LoopChi2(MakeKeyFrameGraph(ring.map, {}), loop);
   }
   static LoopEdge Off(LoopEdge loop, const Eigen::Vector3d& metres) {
     loop.Z = loop.Z * Pose(Eigen::Quaterniond::Identity(), metres);
@@ -54,9 +54,9 @@ TEST_F(LoopAcceptance, ParallelEdgesKnowNoMoreOfALongPathThanOdometry) {
   const KeyFrameGraphOptions chain{.neighbours = 0}, sides{.neighbours = 3};
   const KeyFrameGraph graph = MakeKeyFrameGraph(ring.map, {}, sides);
   ASSERT_GT(graph.graph.edges.size(), 3u * 199u);
-  const double alone = LoopChi2(MakeKeyFrameGraph(ring.map, {}, chain), off, chain);
+  const double alone = *LoopChi2(MakeKeyFrameGraph(ring.map, {}, chain), off, chain);
   // The bias of the motion adds up along a bent path a little less than along a straight one.
-  EXPECT_NEAR(LoopChi2(graph, off, sides), alone, 0.1 * alone);
+  EXPECT_NEAR(*LoopChi2(graph, off, sides), alone, 0.1 * alone);
 }
 
 TEST_F(LoopAcceptance, AllowsForABiasCommonToAllStepsOfALongPath) {
@@ -67,8 +67,8 @@ TEST_F(LoopAcceptance, AllowsForABiasCommonToAllStepsOfALongPath) {
     ring.Drift({.seed = seed}, false);
     const KeyFrameGraph graph = MakeKeyFrameGraph(ring.map, {});
     const LoopEdge loop = ring.Loop(KeyFrameId(0), ring.last());
-    within += LoopChi2(graph, loop) < kMaxChi2;
-    unbiased += LoopChi2(graph, loop, {.drift_bias = 0.0}) < kMaxChi2;
+    within += *LoopChi2(graph, loop) < kMaxChi2;
+    unbiased += *LoopChi2(graph, loop, {.drift_bias = 0.0}) < kMaxChi2;
   }
   EXPECT_EQ(within, 10);
   EXPECT_LT(unbiased, 10) << "else there is nothing to allow for";

@@ -169,3 +169,7 @@ def test_a_pose_graph_closes_its_loop_and_refuses_a_false_one(tmp_path):
     assert [loop.edge for loop in summary.rejected] == [9]
     # Odometry and the true loop agree: eight turns of 45 degrees close.
     np.testing.assert_allclose(graph.nodes[8].pose.p, 0, atol=1e-6)
+    assert hw.pose_graph_covariance(graph, [8], without=[9]).shape == (6, 6)
+    assert hw.pose_graph_covariance(graph, [8], without=list(range(10))) is None
+    with pytest.raises(hw.InvalidArgument):
+        hw.pose_graph_covariance(graph, [4711])

@@ -226,7 +226,8 @@ KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
   return result;
 }
 
-double LoopChi2(KeyFrameGraph graph, const LoopEdge& loop, const KeyFrameGraphOptions& options) {
+std::optional<double> LoopChi2(KeyFrameGraph graph, const LoopEdge& loop,
+                               const KeyFrameGraphOptions& options) {
   graph.AllowBias(loop, options);
   std::vector<PoseGraphNode>& nodes = graph.graph.nodes;
   const std::int64_t match = graph.NodeOf(loop.match), keyframe = graph.NodeOf(loop.keyframe);
@@ -237,9 +238,10 @@ double LoopChi2(KeyFrameGraph graph, const LoopEdge& loop, const KeyFrameGraphOp
   Vector6 error;
   error << measured.p() - T.p(), so3::Log(T.q().conjugate() * measured.q());
   const std::int64_t ids[] = {keyframe};
+  const std::optional<Eigen::MatrixXd> drift = PoseGraphCovariance(graph.graph, ids);
+  if (!drift) return std::nullopt;
   const Matrix6 covariance =
-      PoseGraphCovariance(graph.graph, ids) +
-      Matrix6(Information(options.loop_translation, options.loop_rotation).inverse());
+      *drift + Matrix6(Information(options.loop_translation, options.loop_rotation).inverse());
   return error.dot(covariance.llt().solve(error));
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -47,8 +48,9 @@ KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
 
 // Returns the squared Mahalanobis distance (6 degrees of freedom) between the pose of loop.keyframe
 // in the graph and that measured by the loop, given the possible drift along the path between them.
-// graph: of the current map, without that loop. Throws InvalidArgument if a keyframe is not in it.
-double LoopChi2(KeyFrameGraph graph, const LoopEdge& loop,
-                const KeyFrameGraphOptions& options = {});
+// graph: of the current map, without that loop. Empty if the graph does not determine that drift.
+// Throws InvalidArgument if a keyframe is not in it.
+std::optional<double> LoopChi2(KeyFrameGraph graph, const LoopEdge& loop,
+                               const KeyFrameGraphOptions& options = {});
 
 }  // namespace highwall

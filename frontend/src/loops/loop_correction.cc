@@ -38,9 +38,13 @@ bool SolveKeyFrames(std::span<const LoopEdge> old_loops, const Loop& loop,
                     Map* map, int threads, KeyFrameMoves* by_factors, std::string* message) {
   KeyFrameGraph graph =
       MakeKeyFrameGraph(*map, old_loops, graph_options, map->keyframe(loop.edge.keyframe)->submap);
-  const double chi2 = LoopChi2(graph, loop.edge, graph_options);
-  if (!(chi2 <= graph_options.max_loop_chi2)) {
-    *message = "chi2 " + FixedText(chi2) + " against the drift exceeds " +
+  const std::optional<double> chi2 = LoopChi2(graph, loop.edge, graph_options);
+  if (!chi2) {
+    *message = "the drift between its keyframes is not determined";
+    return false;
+  }
+  if (!(*chi2 <= graph_options.max_loop_chi2)) {
+    *message = "chi2 " + FixedText(*chi2) + " against the drift exceeds " +
                FixedText(graph_options.max_loop_chi2);
     return false;
   }

@@ -224,7 +224,13 @@ std::optional<Loop> LoopDetector::Verify(const Map& map, KeyFrameId id, KeyFrame
   Loop& loop = found->loop;
   if (map.RootOf(id) != map.RootOf(candidate)) return std::move(loop);
   const SubmapId submap = map.keyframe(id)->submap;
-  loop.chi2 = LoopChi2(MakeKeyFrameGraph(map, loops, graph_, submap), loop.edge, graph_);
+  const std::optional<double> chi2 =
+      LoopChi2(MakeKeyFrameGraph(map, loops, graph_, submap), loop.edge, graph_);
+  if (!chi2) {
+    Refuse(loop.edge, "the drift between its keyframes is not determined");
+    return std::nullopt;
+  }
+  loop.chi2 = *chi2;
   if (loop.chi2 <= graph_.max_loop_chi2) return std::move(loop);
   Refuse(loop.edge, "chi2 " + FixedText(loop.chi2) + " against the drift exceeds " +
                         FixedText(graph_.max_loop_chi2));

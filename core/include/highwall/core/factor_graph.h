@@ -138,14 +138,14 @@ class FactorGraph {
   // Returns the joint covariance of the variables in their tangent spaces, in the order given, from
   // the linearized graph: (J^T J)^-1 with losses applied. A fixed variable is known: zero rows and
   // columns. Empty if these variables are not observable from the factors (gauge freedom: fix a
-  // variable or add a prior); other variables may be unobservable. Throws InvalidArgument if a
-  // factor cannot be evaluated.
+  // variable or add a prior), or if a factor cannot be evaluated; Undetermined() gives the reason.
+  // Other variables may be unobservable.
   std::optional<Eigen::MatrixXd> Covariance(std::span<const VariableId> variables) const;
   std::optional<Eigen::MatrixXd> Covariance(const VariableId& variable) const {
     return Covariance(std::span<const VariableId>(&variable, 1));
   }
-  // Names a variable that is not observable from the factors, one of its factors, and a remedy;
-  // empty if all variables are observable. Throws InvalidArgument if a factor cannot be evaluated.
+  // Names a factor that cannot be evaluated (FaultOf), or else a variable that is not observable
+  // from the factors, one of its factors, and a remedy; empty if there is neither.
   std::string Undetermined() const;
 
   // The block of a handle, and the handle of a block (throws InvalidArgument if there is none).
@@ -180,8 +180,10 @@ class FactorGraph {
   std::vector<FactorId> Suspend(std::span<const FactorId> factors);
   void Resume(const FactorId& factor);
 
-  // Covariance() with the landmarks eliminated one by one. Empty if there are no landmarks, if a
-  // factor connects two of them, if one of them is requested, or if a variable is not observable.
+  // SquaredError(), empty if the factor cannot be evaluated.
+  std::optional<double> TrySquaredError(const FactorId& factor) const;
+  // Covariance() with the landmarks eliminated one by one. Also empty if there are no landmarks, if
+  // a factor connects two of them, if one of them is requested, or if any variable is unobservable.
   std::optional<Eigen::MatrixXd> ReducedCovariance(std::span<const VariableId> variables) const;
   // Solve(), then ReducedCovariance() at the solution from the final linear system of the solver.
   // Also empty if the solver failed or is not variable projection.

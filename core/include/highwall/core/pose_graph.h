@@ -163,11 +163,13 @@ PoseGraphSummary SolvePoseGraph(PoseGraph* graph, const PoseGraphOptions& option
 
 // Returns the joint covariance of nodes at the current poses, given the nodes that SolvePoseGraph()
 // holds constant: in kSe3 6 rows each, [dp dtheta] of PoseManifold (position in W); in kSe2 3 rows,
-// [x y theta] in W. without: indices of edges to leave out, such as rejected loops. Throws as
-// Validate(); InvalidArgument for an id without a node, and if one of these nodes is not observable
-// from the remaining edges.
-Eigen::MatrixXd PoseGraphCovariance(const PoseGraph& graph, std::span<const std::int64_t> ids,
-                                    std::span<const std::size_t> without = {});
+// [x y theta] in W. without: indices of edges to leave out, such as rejected loops. Empty if one of
+// these nodes is not observable from the remaining edges and the factors, or if a factor cannot be
+// evaluated. Throws as Validate(); InvalidArgument if has_poses is false, for an id without a node
+// and for an index without an edge.
+std::optional<Eigen::MatrixXd> PoseGraphCovariance(const PoseGraph& graph,
+                                                   std::span<const std::int64_t> ids,
+                                                   std::span<const std::size_t> without = {});
 
 // Reads a g2o file of one kind:
 //   VERTEX_SE3:QUAT id x y z qx qy qz qw

@@ -145,7 +145,8 @@ class SlidingWindowSmoother {
   //   covariance_of: variables whose joint covariance is added to the report, at less cost than a
   // later Covariance(), because it reuses the last linear system of the solver.
   // Throws InvalidArgument, before any change, if one of these is given twice or is no longer in
-  // the window; throws nothing else.
+  // the window. Any other exception is one of the system, such as std::bad_alloc: the additions are
+  // then discarded as well.
   UpdateReport Update(std::span<const VariableId> covariance_of = {});
 
   template <class T>
@@ -173,8 +174,8 @@ class SlidingWindowSmoother {
 
   // Returns the joint covariance of the variables in their tangent spaces, in the order given; a
   // fixed variable has zero rows and columns. Empty if these variables are not observable from the
-  // factors; other variables may be unobservable. Throws InvalidArgument if one is given twice, or
-  // if a factor cannot be evaluated.
+  // factors, or if a factor cannot be evaluated; other variables may be unobservable. Throws
+  // InvalidArgument if one is given twice.
   std::optional<Eigen::MatrixXd> Covariance(std::span<const VariableId> variables) const;
   // Covariance of the states at the newest stamp, in the order of StatesAt. Empty if there are
   // none.
