@@ -146,7 +146,7 @@ class SharedOptions : public ::testing::Test {
     TrackedFrame before;
     before.frame = map.keyframe(1_kf)->frame;
     tracker.Anchor(before, *map.keyframe(1_kf));
-    const TrackedFrame tracked = tracker.Track(testing::MakeFrame(view_, 2), map);
+    const TrackedFrame tracked = tracker.Track(testing::MakeFrame(view_, 2), map).frame;
     Outcome outcome{static_cast<double>(tracked.num_points),
                     static_cast<double>(tracked.num_lines)};
     Append(tracked.T_WC, outcome);

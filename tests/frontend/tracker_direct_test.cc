@@ -12,6 +12,7 @@ using testing::Look;
 using testing::SceneMap;
 using testing::SeeGrids;
 using testing::SyntheticView;
+using testing::TrackerInSystem;
 
 // A camera whose second image is smeared: no corner and no line is left, only coarse grey levels.
 class TrackerDirectTest : public testing::TrackerTest {
@@ -19,7 +20,7 @@ class TrackerDirectTest : public testing::TrackerTest {
   TrackerDirectTest() : TrackerTest(500, 40, false) {}
 
   // Tracks the first frame, with all features.
-  void Start(Tracker& tracker) {
+  void Start(TrackerInSystem& tracker) {
     SyntheticView view = Look(scene, testing::IdealSensor(), kStart);
     auto features = std::make_shared<FrameFeatures>(*view.features);
     const FrameFeatures grids = SeeGrids(testing::kBoxes, kStart);
@@ -32,7 +33,7 @@ class TrackerDirectTest : public testing::TrackerTest {
     tracked.T_WC = kStart;
     tracker.Anchor(tracked, *scene_map.map.keyframe(id));
   }
-  TrackedFrame TrackSmeared(Tracker& tracker, const testing::Light& light = {},
+  TrackedFrame TrackSmeared(TrackerInSystem& tracker, const testing::Light& light = {},
                             const testing::BoxWorld& world = testing::kBoxes, int index = 1) {
     SyntheticView view;
     view.features = std::make_shared<FrameFeatures>(SeeGrids(world, kNext, light));
@@ -44,7 +45,7 @@ class TrackerDirectTest : public testing::TrackerTest {
 };
 
 TEST_F(TrackerDirectTest, ASmearedImageIsHeldByAllOfIt) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker);
   const TrackedFrame tracked = TrackSmeared(tracker);
   // The tolerance is a tenth of a cell at the wall, 4 m away.
@@ -56,13 +57,13 @@ TEST_F(TrackerDirectTest, ASmearedImageIsHeldByAllOfIt) {
 TEST_F(TrackerDirectTest, WithoutItTheFrameIsLost) {
   TrackerOptions options;
   options.direct.enabled = false;
-  Tracker tracker(model, options);
+  TrackerInSystem tracker(model, options);
   Start(tracker);
   EXPECT_EQ(TrackSmeared(tracker).state, TrackingState::kLost);
 }
 
 TEST_F(TrackerDirectTest, AnotherPlaceIsNotHeld) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker);
   EXPECT_EQ(TrackSmeared(tracker, {.phase = 1.7}).state, TrackingState::kLost);
 }
@@ -72,18 +73,18 @@ TEST_F(TrackerDirectTest, RejectsAnotherDepthHoweverSimilarTheGreyLevels) {
   const testing::BoxWorld moved{.boxes = {testing::kBoxes.boxes[0].MovedBy({1.8, 0.0, 0.0})}};
   TrackerOptions options;
   options.direct.min_correlation = 0.0;
-  Tracker tracker(model, options);
+  TrackerInSystem tracker(model, options);
   Start(tracker);
   EXPECT_EQ(TrackSmeared(tracker, {}, moved).state, TrackingState::kLost);
   options.recognized_contradiction = 1.0;
-  Tracker unaware(model, options);
+  TrackerInSystem unaware(model, options);
   Start(unaware);
   EXPECT_EQ(TrackSmeared(unaware, {}, moved).state, TrackingState::kTracking)
       << "nothing else refuses it";
 }
 
 TEST_F(TrackerDirectTest, HoldsForHalfASecondAtMost) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker);
   for (int i = 1; i <= 15; ++i) {
     EXPECT_EQ(TrackSmeared(tracker, {}, testing::kBoxes, i).state, TrackingState::kTracking) << i;
@@ -94,7 +95,7 @@ TEST_F(TrackerDirectTest, HoldsForHalfASecondAtMost) {
 TEST_F(TrackerDirectTest, TheFewLandmarksThatAreLeftTakePart) {
   TrackerOptions options;
   options.surfaces.enabled = false;
-  Tracker tracker(model, options);
+  TrackerInSystem tracker(model, options);
   Start(tracker);
   // The points are too few to determine a pose alone (25), but enough with a known pose (12).
   const SyntheticView sharp = Look(scene, testing::IdealSensor(), kNext);
@@ -111,7 +112,7 @@ TEST_F(TrackerDirectTest, TheFewLandmarksThatAreLeftTakePart) {
 }
 
 TEST_F(TrackerDirectTest, TheNextSharpFrameFindsTheLandmarksAgain) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker);
   TrackSmeared(tracker);
   const Pose after = kNext * Pose::FromTangent({0.01, -0.02, 0.0}, {0.01, 0.0, 0.0});

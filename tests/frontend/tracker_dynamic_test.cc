@@ -20,6 +20,7 @@ using testing::PositionError;
 using testing::Scene;
 using testing::SceneMap;
 using testing::SyntheticView;
+using testing::TrackerInSystem;
 using testing::TrackerTest;
 
 // A box with marks on it slides in front of the scene, 3 cm a frame.
@@ -72,7 +73,7 @@ class TrackerWithABox : public TrackerTest {
 };
 
 TEST_F(TrackerWithABox, LeavesOutFeaturesOnDynamicObjects) {
-  Tracker tracker(model, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8}});
+  TrackerInSystem tracker(model, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8}});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 20; ++i) {
     const SyntheticView view = LookAt(i, PoseOfFrame(i));
@@ -92,8 +93,8 @@ TEST_F(TrackerWithABox, LeavesOutFeaturesOnDynamicObjects) {
 // show that it has not.
 TEST_F(TrackerWithABox, FindsNoDynamicObjectsWhereSurfacesAgree) {
   for (const bool surfaces : {true, false}) {
-    Tracker tracker(model, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8},
-                            .surfaces = {.enabled = surfaces}});
+    TrackerInSystem tracker(model, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8},
+                                    .surfaces = {.enabled = surfaces}});
     const auto look = [&](const Pose& eye, const Pose& T_WC) {
       return WithDepth(Look(scene, IdealSensor(), eye), T_WC, Eigen::Vector3d::Zero());
     };
@@ -126,7 +127,7 @@ class TrackerWithABoxInTheMap : public TrackerWithABox {
   }
   // Tracks frames 1 to 8.
   std::vector<TrackedFrame> Run(const DynamicObjectOptions& moving) {
-    Tracker tracker(model, {.moving = moving});
+    TrackerInSystem tracker(model, {.moving = moving});
     SceneMap with_marks(all);
     TrackedFrame first;
     first.T_WC = PoseOfFrame(0);
@@ -161,7 +162,7 @@ TEST_F(TrackerWithABoxInTheMap, FollowsTheBoxWhereTooFewLandmarksContradict) {
 }
 
 TEST_F(TrackerWithABox, KeepsThemWhenTurnedOff) {
-  Tracker tracker(model, {.moving = {.enabled = false}});
+  TrackerInSystem tracker(model, {.moving = {.enabled = false}});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 15; ++i) {
     const TrackedFrame tracked = Track(tracker, LookAt(i, PoseOfFrame(i)), i);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -16,6 +18,19 @@ inline Pose PoseOfFrame(int i) {
                            {0.02 * std::sin(2 * phase), 0.08 * std::sin(phase), 0.0});
 }
 
+// A tracker as the system runs it: what a frame observes is counted in the map.
+class TrackerInSystem : public Tracker {
+ public:
+  using Tracker::Tracker;
+
+  TrackedFrame Track(const Frame& frame, Map& map,
+                     const std::optional<PoseConstraint>& predicted = std::nullopt) {
+    TrackingResult result = Tracker::Track(frame, map, predicted);
+    result.counts.AddTo(&map);
+    return std::move(result.frame);
+  }
+};
+
 // A tracker in a scene that two keyframes have mapped.
 class TrackerTest : public ::testing::Test {
  protected:
@@ -30,7 +45,7 @@ class TrackerTest : public ::testing::Test {
   }
 
   // As in the system, the first frame becomes the keyframe.
-  void Start(Tracker& tracker, const Pose& T_WC) {
+  void Start(TrackerInSystem& tracker, const Pose& T_WC) {
     const SyntheticView view = Look(scene, IdealSensor(), T_WC);
     const KeyFrameId id = scene_map.Add(view, T_WC);
     TrackedFrame tracked;
@@ -38,7 +53,7 @@ class TrackerTest : public ::testing::Test {
     tracked.T_WC = T_WC;
     tracker.Anchor(tracked, *scene_map.map.keyframe(id));
   }
-  TrackedFrame Track(Tracker& tracker, const SyntheticView& view, int index = 1) {
+  TrackedFrame Track(TrackerInSystem& tracker, const SyntheticView& view, int index = 1) {
     return tracker.Track(MakeFrame(view, index), scene_map.map);
   }
   void ExpectAt(const TrackedFrame& tracked, const Pose& truth, double tolerance) const {

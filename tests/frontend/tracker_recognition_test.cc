@@ -21,6 +21,7 @@ using testing::MakeScene;
 using testing::PoseOfFrame;
 using testing::Scene;
 using testing::SyntheticView;
+using testing::TrackerInSystem;
 using testing::TrackerTest;
 
 class RecognitionTest : public TrackerTest {
@@ -50,7 +51,7 @@ class RecognitionTest : public TrackerTest {
     return view;
   }
   // Tracks some frames that find all expected landmarks; the first is the keyframe.
-  void Begin(Tracker& tracker) {
+  void Begin(TrackerInSystem& tracker) {
     const SyntheticView view = See(scene, room, 0);
     TrackedFrame tracked;
     tracked.frame = MakeFrame(view, 0);
@@ -62,7 +63,7 @@ class RecognitionTest : public TrackerTest {
   }
   // Tracks `view` next; if `lost`, after a frame without any features.
   TrackedFrame Next(const SyntheticView& view, bool lost, const TrackerOptions& options = {}) {
-    Tracker tracker(model, options);
+    TrackerInSystem tracker(model, options);
     Begin(tracker);
     if (lost) {
       const SyntheticView nothing = Look(Scene(), IdealSensor(), PoseOfFrame(5));

@@ -25,11 +25,12 @@ using testing::PositionError;
 using testing::Scene;
 using testing::SceneMap;
 using testing::SyntheticView;
+using testing::TrackerInSystem;
 using testing::TrackerTest;
 using testing::operator""_kf;
 
 TEST_F(TrackerTest, WithoutAMapItIsInitializing) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Map empty;
   const SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(0));
   const TrackedFrame tracked = tracker.Track(MakeFrame(view, 0), empty);
@@ -40,7 +41,7 @@ TEST_F(TrackerTest, WithoutAMapItIsInitializing) {
 }
 
 TEST_F(TrackerTest, FollowsAPathOfExactFeatures) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 60; ++i) {
     const SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(i));
@@ -69,7 +70,7 @@ TEST_F(TrackerTest, FollowsAPathOfExactFeatures) {
 }
 
 TEST_F(TrackerTest, FollowsAPathWithNoise) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   double sum = 0.0;
   for (int i = 1; i < 60; ++i) {
@@ -85,7 +86,7 @@ TEST_F(TrackerTest, FollowsAPathWithNoise) {
 }
 
 TEST_F(TrackerTest, CountsLandmarksInViewAndMatched) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   const SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(1));
   const TrackedFrame tracked = Track(tracker, view);
@@ -100,8 +101,40 @@ TEST_F(TrackerTest, CountsLandmarksInViewAndMatched) {
   EXPECT_EQ(found, tracked.num_points);
 }
 
+// Tracking returns the counts, and leaves the map to its owner.
+TEST_F(TrackerTest, ReturnsTheCountsWithoutChangingTheMap) {
+  TrackerInSystem tracker(model, {});
+  Start(tracker, PoseOfFrame(0));
+  const Frame frame = MakeFrame(Look(scene, IdealSensor(), PoseOfFrame(1)), 1);
+  const Map& map = scene_map.map;
+  const auto count = [&](int MapPoint::*kind) {
+    int sum = 0;
+    for (const PointId id : map.ids<MapPoint>()) sum += map.Find(id)->*kind;
+    return sum;
+  };
+  const int visible = count(&MapPoint::visible), found = count(&MapPoint::found);
+  const TrackingResult result = tracker.Tracker::Track(frame, map);
+  ASSERT_EQ(result.frame.state, TrackingState::kTracking);
+  EXPECT_EQ(count(&MapPoint::visible), visible);
+  EXPECT_EQ(count(&MapPoint::found), found);
+  result.counts.AddTo(&scene_map.map);
+  EXPECT_EQ(count(&MapPoint::visible),
+            visible + static_cast<int>(result.counts.in_view.points.size()));
+  EXPECT_EQ(count(&MapPoint::found), found + result.frame.num_points);
+}
+
+TEST_F(TrackerTest, ALostFrameCountsNothing) {
+  TrackerInSystem tracker(model, {});
+  Start(tracker, PoseOfFrame(0));
+  const Frame frame = MakeFrame(Look(foreign, IdealSensor(), PoseOfFrame(1)), 1);
+  const TrackingResult result = tracker.Tracker::Track(frame, scene_map.map);
+  ASSERT_EQ(result.frame.state, TrackingState::kLost);
+  EXPECT_TRUE(result.counts.in_view.points.empty());
+  EXPECT_TRUE(result.counts.found_points.empty());
+}
+
 TEST_F(TrackerTest, ReferenceSharesMostLandmarks) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   const TrackedFrame tracked = Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(1)));
   const auto observers = scene_map.map.Observers(tracked.points, tracked.lines);
@@ -110,7 +143,7 @@ TEST_F(TrackerTest, ReferenceSharesMostLandmarks) {
 }
 
 TEST_F(TrackerTest, ForeignFrameIsLostAndAKnownPlaceIsFoundAgain) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   ExpectAt(Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(1))), PoseOfFrame(1), 1e-6);
   for (int i = 2; i < 5; ++i) {
@@ -130,7 +163,7 @@ TEST_F(TrackerTest, ForeignFrameIsLostAndAKnownPlaceIsFoundAgain) {
 }
 
 TEST_F(TrackerTest, JumpIsBridgedByTheReferenceKeyFrame) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   // After a roll of 40 degrees, orientations and positions are off, descriptors are not.
   const Pose jumped = PoseOfFrame(0) * Pose::FromTangent({0.1, 0, 0}, {0, 0, 0.7});
@@ -138,7 +171,7 @@ TEST_F(TrackerTest, JumpIsBridgedByTheReferenceKeyFrame) {
 }
 
 TEST_F(TrackerTest, EmptyFeaturesAreLostWithoutHarm) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   const SyntheticView nothing{std::make_shared<const FrameFeatures>(), {}, {}};
   EXPECT_EQ(Track(tracker, nothing, 1).state, TrackingState::kLost);
@@ -147,7 +180,7 @@ TEST_F(TrackerTest, EmptyFeaturesAreLostWithoutHarm) {
 }
 
 TEST_F(TrackerTest, FollowsFeaturesWithoutDepth) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 20; ++i) {
     SyntheticView view = Look(scene, IdealSensor(), PoseOfFrame(i));
@@ -160,7 +193,7 @@ TEST_F(TrackerTest, FollowsFeaturesWithoutDepth) {
 }
 
 TEST_F(TrackerTest, LandmarksRemovedMeanwhileAreNoHarm) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (const PointId id : scene_map.map.ids<MapPoint>()) {
     if (id.value() % 3 == 0) scene_map.map.Remove(id);
@@ -170,7 +203,7 @@ TEST_F(TrackerTest, LandmarksRemovedMeanwhileAreNoHarm) {
 }
 
 TEST_F(TrackerTest, AnchorMovesTheLastFrame) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   // The whole map moves by a metre, as an adjustment may do; the tracker is notified by the anchor.
   const Pose T_shift = Pose::FromTangent({1, 0, 0}, {0, 0, 0.3});
   for (const PointId id : scene_map.map.ids<MapPoint>()) {
@@ -217,7 +250,7 @@ class TrackerWithoutFallback : public TrackerTest {
   // Tracks images at these times, in steps of 0.1 s; the first two steps are short, because the
   // motion is not known before.
   void ExpectFollowed(const std::vector<double>& times) {
-    Tracker tracker(narrow_model, Options());
+    TrackerInSystem tracker(narrow_model, Options());
     Start(tracker, PoseAt(0.0));
     int index = 0;
     for (const double t : times) {
@@ -259,7 +292,7 @@ class TrackerInBlur : public TrackerTest {
 TEST_F(TrackerInBlur, IsHeldByTheFewThatAgree) {
   TrackerOptions options;
   options.relocalizer.min_matches = 100'000;  // no other way to the pose
-  Tracker tracker(model, options);
+  TrackerInSystem tracker(model, options);
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 10; ++i) {
     SCOPED_TRACE(i);
@@ -310,7 +343,7 @@ class TrackerBeforeTwins : public TrackerInBlur {
     options.relocalizer.ransac_iterations = 2000;
     options.doubtful_agreement = doubtful_agreement;
     options.doubtful_share = options.doubtful_drop = 0.0;  // only the agreement may decide
-    Tracker tracker(narrow_model, options);
+    TrackerInSystem tracker(narrow_model, options);
     Start(tracker, PoseOfFrame(0));
     return Track(tracker, LookAtTwins());
   }
@@ -332,7 +365,7 @@ TEST_F(TrackerTest, RepeatsBitForBit) {
     SceneMap fresh(scene);
     const SyntheticView first = Look(scene, IdealSensor(), PoseOfFrame(0));
     fresh.Add(first, PoseOfFrame(0));
-    Tracker tracker(model, {});
+    TrackerInSystem tracker(model, {});
     TrackedFrame start;
     start.frame = MakeFrame(first, 0);
     tracker.Anchor(start, *fresh.map.keyframe(0_kf));
@@ -350,7 +383,7 @@ class TrackerOnLines : public TrackerTest {
 };
 
 TEST_F(TrackerOnLines, NeedsNoPoints) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 60; ++i) {
     ExpectAt(Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(i)), i), PoseOfFrame(i), 1e-6);
@@ -358,7 +391,7 @@ TEST_F(TrackerOnLines, NeedsNoPoints) {
 }
 
 TEST_F(TrackerOnLines, AreFoundAgainNearAKeyFrame) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   const SyntheticView nothing{std::make_shared<const FrameFeatures>(), {}, {}};
   EXPECT_EQ(Track(tracker, nothing, 1).state, TrackingState::kLost);
@@ -388,7 +421,7 @@ class BareRoom : public TrackerTest {
     return view;
   }
   // The first frame is the keyframe.
-  void StartWithDepth(Tracker& tracker) {
+  void StartWithDepth(TrackerInSystem& tracker) {
     const SyntheticView view = LookAround(PoseOfFrame(0));
     TrackedFrame tracked;
     tracked.frame = MakeFrame(view, 0);
@@ -401,7 +434,7 @@ class BareRoom : public TrackerTest {
 };
 
 TEST_F(BareRoom, SurfacesDetermineAPoseThatFewPointsDoNot) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   StartWithDepth(tracker);
   for (int i = 1; i < 10; ++i) {
     SCOPED_TRACE(i);
@@ -416,13 +449,13 @@ TEST_F(BareRoom, SurfacesDetermineAPoseThatFewPointsDoNot) {
 TEST_F(BareRoom, WithoutSurfacesItIsLost) {
   TrackerOptions options;
   options.surfaces.enabled = false;
-  Tracker tracker(model, options);
+  TrackerInSystem tracker(model, options);
   StartWithDepth(tracker);
   EXPECT_EQ(Track(tracker, LookAround(PoseOfFrame(1))).state, TrackingState::kLost);
 }
 
 TEST_F(BareRoom, SurfacesWithoutPointsGiveNoPose) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   StartWithDepth(tracker);
   SyntheticView view = LookAround(PoseOfFrame(1));
   const SyntheticView other = Look(MakeScene(98, 26, 0), IdealSensor(), PoseOfFrame(1));
@@ -434,7 +467,7 @@ TEST_F(BareRoom, SurfacesWithoutPointsGiveNoPose) {
 }
 
 TEST_F(TrackerTest, WhereThereIsEnoughToSeeSurfacesAreNotAsked) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   const TrackedFrame tracked = Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(1)));
   EXPECT_EQ(tracked.num_planes, 0);

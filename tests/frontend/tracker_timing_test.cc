@@ -20,6 +20,7 @@ using testing::MakeFrame;
 using testing::PoseOfFrame;
 using testing::PositionError;
 using testing::SyntheticView;
+using testing::TrackerInSystem;
 using testing::TrackerTest;
 using testing::ViewNoise;
 
@@ -49,7 +50,7 @@ class TrackerTiming : public TrackerTest {
   }
 
   // Tracks frame i, for which the IMU predicts this motion.
-  TrackedFrame TrackPredicted(Tracker& tracker, int i) {
+  TrackedFrame TrackPredicted(TrackerInSystem& tracker, int i) {
     PoseConstraint known{PoseOfFrame(i)};
     known.motion = Shaken(i);
     return tracker.Track(MakeFrame(SeenByRows(i), i), scene_map.map, known);
@@ -57,8 +58,9 @@ class TrackerTiming : public TrackerTest {
 
   // Returns whether a keyframe made of the result of `track`, some frame after the fourth, is left
   // unchanged after the next frame.
-  bool StaysAsItWas(const std::function<TrackedFrame(Tracker&)>& track) {
-    Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
+  bool StaysAsItWas(const std::function<TrackedFrame(TrackerInSystem&)>& track) {
+    TrackerInSystem tracker(model, {.timing = FrameTimingMode::kKnown},
+                            {.colour_readout = kReadout});
     Start(tracker, PoseOfFrame(0));
     for (int i = 1; i < 5; ++i) Track(tracker, SeenByRows(i), i);
     const TrackedFrame tracked = track(tracker);
@@ -74,7 +76,7 @@ class TrackerTiming : public TrackerTest {
   }
 
   // Tracks 240 frames and returns the RMS position error [m] of the last 60.
-  double Follow(Tracker& tracker) {
+  double Follow(TrackerInSystem& tracker) {
     Start(tracker, PoseOfFrame(0));
     double sum = 0.0;
     for (int i = 1; i < 240; ++i) {
@@ -87,9 +89,9 @@ class TrackerTiming : public TrackerTest {
 };
 
 TEST_F(TrackerTiming, FindsTheReadoutAndItsPosesAreAsGoodAsWithTheKnownOne) {
-  Tracker ignoring(model, {.timing = FrameTimingMode::kIgnored});
-  Tracker knowing(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
-  Tracker estimating(model, {});
+  TrackerInSystem ignoring(model, {.timing = FrameTimingMode::kIgnored});
+  TrackerInSystem knowing(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
+  TrackerInSystem estimating(model, {});
   const double ignored = Follow(ignoring), known = Follow(knowing), found = Follow(estimating);
   EXPECT_LT(known, 0.5 * ignored);
   EXPECT_LT(found, 1.1 * known);
@@ -105,7 +107,7 @@ TEST_F(TrackerTiming, FindsTheReadoutAndItsPosesAreAsGoodAsWithTheKnownOne) {
 }
 
 TEST_F(TrackerTiming, ImagesOfOneTimeHaveNoReadout) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 240; ++i) {
     Track(tracker,
@@ -117,7 +119,7 @@ TEST_F(TrackerTiming, ImagesOfOneTimeHaveNoReadout) {
 }
 
 TEST_F(TrackerTiming, KeepsAKnownReadoutWithinTwoStandardDeviations) {
-  Tracker tracker(model, {}, {.colour_readout = kReadout});
+  TrackerInSystem tracker(model, {}, {.colour_readout = kReadout});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 120; ++i) {
     Track(tracker, SeenByRows(i), i);
@@ -133,7 +135,7 @@ TEST_F(TrackerTiming, KeepsAKnownReadoutWithinTwoStandardDeviations) {
 }
 
 TEST_F(TrackerTiming, AKeyframeMadeBeforeTheReadoutWasFoundFollowsIt) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 10; ++i) Track(tracker, SeenByRows(i), i);
   const SyntheticView view = SeenByRows(10);
@@ -160,7 +162,8 @@ TEST_F(TrackerTiming, AKeyframeMadeBeforeTheReadoutWasFoundFollowsIt) {
 TEST_F(TrackerTiming, RowsFollowTheMotionThatTheImuPredicts) {
   const RgbdSensor sensor = IdealSensor();
   const auto follow = [&](bool predicted, double readout) {
-    Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = readout});
+    TrackerInSystem tracker(model, {.timing = FrameTimingMode::kKnown},
+                            {.colour_readout = readout});
     Start(tracker, PoseOfFrame(0));
     double sum = 0.0;
     for (int i = 1; i < 40; ++i) {
@@ -185,7 +188,7 @@ TEST_F(TrackerTiming, RowsFollowTheMotionThatTheImuPredicts) {
 }
 
 TEST_F(TrackerTiming, EstimatesTheReadoutFromTheMotionThatTheImuPredicts) {
-  Tracker tracker(model, {});
+  TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 120; ++i) {
     PoseConstraint known{PoseOfFrame(i)};
@@ -205,12 +208,13 @@ TEST_F(TrackerTiming, EstimatesTheReadoutFromTheMotionThatTheImuPredicts) {
 // The step after a keyframe gives a better motion than the step before, but not a better one than
 // an IMU.
 TEST_F(TrackerTiming, AKeyframeKeepsTheMotionThatTheImuPredicted) {
-  EXPECT_TRUE(StaysAsItWas([&](Tracker& tracker) { return TrackPredicted(tracker, 5); }));
-  EXPECT_FALSE(StaysAsItWas([&](Tracker& tracker) { return Track(tracker, SeenByRows(5), 5); }));
+  EXPECT_TRUE(StaysAsItWas([&](TrackerInSystem& tracker) { return TrackPredicted(tracker, 5); }));
+  EXPECT_FALSE(
+      StaysAsItWas([&](TrackerInSystem& tracker) { return Track(tracker, SeenByRows(5), 5); }));
 }
 
 TEST_F(TrackerTiming, DoesNotKeepAMotionThatImagesContradict) {
-  EXPECT_FALSE(StaysAsItWas([&](Tracker& tracker) {
+  EXPECT_FALSE(StaysAsItWas([&](TrackerInSystem& tracker) {
     PoseConstraint known{PoseOfFrame(5)};
     known.motion = Shaken(5);
     known.motion->v.z() += 30.0;  // readings of an impact on the sensor
@@ -219,7 +223,7 @@ TEST_F(TrackerTiming, DoesNotKeepAMotionThatImagesContradict) {
 }
 
 TEST_F(TrackerTiming, AMotionThatTheImuPredictedHoldsForItsFrameOnly) {
-  EXPECT_FALSE(StaysAsItWas([&](Tracker& tracker) {
+  EXPECT_FALSE(StaysAsItWas([&](TrackerInSystem& tracker) {
     TrackPredicted(tracker, 5);
     tracker.Forget();
     return Track(tracker, SeenByRows(6), 6);
@@ -227,7 +231,7 @@ TEST_F(TrackerTiming, AMotionThatTheImuPredictedHoldsForItsFrameOnly) {
 }
 
 TEST_F(TrackerTiming, ACutInARecordingIsNoMotion) {
-  Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
+  TrackerInSystem tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 20; ++i) Track(tracker, SeenByRows(i), i);
   // Frame 50 replaces frame 20: 30 cm within the time of one image.
@@ -238,7 +242,7 @@ TEST_F(TrackerTiming, ACutInARecordingIsNoMotion) {
 }
 
 TEST_F(TrackerTiming, AFrameThatWasNotTrackedIsRememberedAsItWasSeen) {
-  Tracker tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
+  TrackerInSystem tracker(model, {.timing = FrameTimingMode::kKnown}, {.colour_readout = kReadout});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 10; ++i) Track(tracker, SeenByRows(i), i);
   tracker.Forget();
@@ -253,7 +257,7 @@ TEST_F(TrackerTiming, AFrameThatWasNotTrackedIsRememberedAsItWasSeen) {
 }
 
 TEST_F(TrackerTiming, ACameraAtRestGivesNoEstimate) {
-  Tracker tracker(model, {}, {.colour_readout = 0.02});
+  TrackerInSystem tracker(model, {}, {.colour_readout = 0.02});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 60; ++i) Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(0)), i);
   EXPECT_NEAR(tracker.timing().colour_readout, 0.02, 1e-6);

@@ -70,7 +70,7 @@ TEST(VisualPose, OfATrackedFrameForgetsThePrediction) {
   const PoseConstraint predicted{truth.Plus((Vector6() << 4e-3, -4e-3, 4e-3, 0, 0, 0).finished()),
                                  3e3 * Matrix6::Identity()};
   const TrackedFrame tracked =
-      tracker.Track(testing::MakeFrame(look(truth), 1), scene_map.map, predicted);
+      tracker.Track(testing::MakeFrame(look(truth), 1), scene_map.map, predicted).frame;
   ASSERT_EQ(tracked.state, TrackingState::kTracking);
   const double drawn = testing::PositionError(tracked.T_WC, truth);
   EXPECT_GT(drawn, 5e-4);

@@ -192,7 +192,9 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   const Stopwatch watch;
   std::optional<PoseConstraint> predicted;
   if (inertial_) predicted = inertial_->Predict(frame.stamp);
-  TrackedFrame tracked = tracker_.Track(frame, map_, predicted);
+  TrackingResult tracking = tracker_.Track(frame, map_, predicted);
+  tracking.counts.AddTo(&map_);
+  TrackedFrame tracked = std::move(tracking.frame);
   ChooseSubmap(tracked, result);
   const bool starts = submap_keyframes_ == 0;
   if (inertial_ && !starts) Fuse(Observe(tracked), tracked, result);

@@ -94,4 +94,19 @@ LandmarksInView MatchAround(const MapMatcher& matcher, const Map& map, int most,
   return in_view;
 }
 
+void LandmarkCounts::AddTo(Map* map) const {
+  for (const PointId id : in_view.points) {
+    if (MapPoint* point = map->Find(id)) ++point->visible;
+  }
+  for (const LineId id : in_view.lines) {
+    if (MapLine* line = map->Find(id)) ++line->visible;
+  }
+  for (const PointId id : found_points) {
+    if (MapPoint* point = map->Find(id)) ++point->found;
+  }
+  for (const LineId id : found_lines) {
+    if (MapLine* line = map->Find(id)) ++line->found;
+  }
+}
+
 }  // namespace highwall

@@ -60,4 +60,15 @@ struct LandmarksInView {
 LandmarksInView MatchAround(const MapMatcher& matcher, const Map& map, int most,
                             TrackedFrame* tracked);
 
+// The landmarks that a frame should have observed, and those that it did (MapPoint::visible,
+// MapPoint::found).
+struct LandmarkCounts {
+  LandmarksInView in_view;
+  std::vector<PointId> found_points;  // per feature, kNoId where unmatched
+  std::vector<LineId> found_lines;
+
+  // Counts them in the map.
+  void AddTo(Map* map) const;
+};
+
 }  // namespace highwall

@@ -69,14 +69,14 @@ Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options,
   options_.Validate();
 }
 
-TrackedFrame Tracker::Track(const Frame& seen, Map& map,
-                            const std::optional<PoseConstraint>& predicted) {
+TrackingResult Tracker::Track(const Frame& seen, const Map& map,
+                              const std::optional<PoseConstraint>& predicted) {
   moved_by_ = {};
   imu_predicts_motion_ = false;
   if (map.num_keyframes() == 0) {
     TrackedFrame none = Unmatched(seen, Pose());
     none.state = TrackingState::kInitializing;
-    return none;
+    return {std::move(none), {}};
   }
   const bool was_tracking = last_.has_value();
   const PoseConstraint* known = predicted ? &*predicted : nullptr;
@@ -97,10 +97,10 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
     if (!predicted) last_.reset();
     TrackedFrame lost = Unmatched(frame, predicted ? predicted->T_WC : Pose());
     lost.diagnostics = diagnostics;
-    return lost;
+    return {std::move(lost), {}};
   }
-  match->CountObservations(map);
   TrackedFrame& tracked = match->frame;
+  TrackingResult result{{}, {std::move(match->in_view), tracked.points, tracked.lines}};
   if (was_tracking && !tracked.relocalized) {
     UpdateMotion(match->prediction_rejected ? nullptr : known, match->Support() > 0, map, &tracked);
   } else {
@@ -111,15 +111,16 @@ TrackedFrame Tracker::Track(const Frame& seen, Map& map,
   tracked.state = TrackingState::kTracking;
   tracked.by_image = !predicted;
   last_ = tracked;
+  result.frame = tracked;
   // A pose by direct alignment gives no information about landmarks.
-  if (match->Support() == 0) return tracked;
+  if (match->Support() == 0) return result;
   last_support_ = match->Support();
   last_landmarks_ = frame.stamp;
   mean_match_ratio_ +=
       (mean_match_ratio_ > 0.0 ? kFollow : 1.0) * (tracked.found - mean_match_ratio_);
   moving_.objects().Remember(frame.stamp, frame.features->depth_grid, tracked.T_WC, tracked.moving,
                              tracked.reference, map);
-  return tracked;
+  return result;
 }
 
 Twist Tracker::Motion(const PoseConstraint* predicted) const {
@@ -148,7 +149,7 @@ bool Tracker::IsContinuous(const Twist& expected, const TrackedFrame& tracked) c
          (found.omega - expected.omega).norm() <= kMaxAngularAcceleration * dt;
 }
 
-void Tracker::UpdateMotion(const PoseConstraint* predicted, bool has_landmarks, Map& map,
+void Tracker::UpdateMotion(const PoseConstraint* predicted, bool has_landmarks, const Map& map,
                            TrackedFrame* tracked) {
   const ConstantVelocity before = is_continuous_ ? velocity_ : ConstantVelocity();
   imu_predicts_motion_ =
@@ -249,7 +250,7 @@ std::optional<Tracker::LocalMatch> Tracker::AlignDirectly(const Frame& frame, co
   const PoseConstraint& known = aligned->pose;
   auto match = TrackAbout(known, frame, map, diagnostics);
   if (!match) {
-    match = LocalMatch{Unmatched(frame, known.T_WC), {}, {}};
+    match = LocalMatch{Unmatched(frame, known.T_WC), {}};
     match->frame.reference = reference->id;
     match->frame.information = known.sqrt_information.transpose() * known.sqrt_information;
     match->frame.open = FindUnobservableDirections(match->frame.information, known.T_WC,
@@ -467,21 +468,21 @@ std::optional<Tracker::LocalMatch> Tracker::TrackLocalMap(std::optional<TrackedF
 std::optional<Tracker::LocalMatch> Tracker::MatchLocalMap(TrackedFrame rough, const Map& map,
                                                           const PoseConstraint* predicted,
                                                           FallbackConstraint fallback) const {
-  LocalMatch match{std::move(rough), {}, {}};
+  LocalMatch match{std::move(rough), {}};
   TrackedFrame& tracked = match.frame;
-  LandmarksInView in_view = MatchAround(matcher_, map, options_.local_keyframes, &tracked);
-  match.points_in_view = std::move(in_view.points);
-  match.lines_in_view = std::move(in_view.lines);
+  match.in_view = MatchAround(matcher_, map, options_.local_keyframes, &tracked);
   if (!Solve(tracked, map, options_.min_support, predicted, fallback)) return std::nullopt;
   tracked.reference = map.Observers(tracked.points, tracked.lines).front().first;
-  tracked.found = static_cast<double>(match.Support()) /
-                  static_cast<double>(
-                      highwall::Support(match.points_in_view.size(), match.lines_in_view.size()));
+  tracked.found = static_cast<double>(match.Support()) / static_cast<double>(match.SupportInView());
   return match;
 }
 
 int Tracker::LocalMatch::Support() const {
   return highwall::Support(frame.num_points, frame.num_lines);
+}
+
+std::size_t Tracker::LocalMatch::SupportInView() const {
+  return highwall::Support(in_view.points.size(), in_view.lines.size());
 }
 
 bool Tracker::IsInconsistent(const TrackedFrame& rough) const {
@@ -490,9 +491,7 @@ bool Tracker::IsInconsistent(const TrackedFrame& rough) const {
 }
 
 bool Tracker::IsDoubtful(const LocalMatch& match) const {
-  const auto in_view = static_cast<double>(
-      highwall::Support(match.points_in_view.size(), match.lines_in_view.size()));
-  return match.Support() < options_.doubtful_share * in_view ||
+  return match.Support() < options_.doubtful_share * static_cast<double>(match.SupportInView()) ||
          match.Support() < options_.doubtful_drop * last_support_;
 }
 
@@ -518,21 +517,6 @@ bool Tracker::Contradicts(const TrackedFrame& tracked, std::span<const KeyFrameI
   const auto contradiction = DepthContradiction(tracked.frame.features->depth_grid, tracked.T_WC,
                                                 views, map, moving_.grid(), model_.depth_noise());
   return contradiction && *contradiction > options_.recognized_contradiction;
-}
-
-void Tracker::LocalMatch::CountObservations(Map& map) const {
-  for (const PointId id : points_in_view) {
-    if (MapPoint* point = map.Find(id)) ++point->visible;
-  }
-  for (const LineId id : lines_in_view) {
-    if (MapLine* line = map.Find(id)) ++line->visible;
-  }
-  for (const PointId id : frame.points) {
-    if (MapPoint* point = map.Find(id)) ++point->found;
-  }
-  for (const LineId id : frame.lines) {
-    if (MapLine* line = map.Find(id)) ++line->found;
-  }
 }
 
 bool Tracker::Solve(TrackedFrame& tracked, const Map& map, int min_support,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
@@ -19,10 +20,17 @@
 #include "sensor/noise_estimator.h"
 #include "tracking/constant_velocity.h"
 #include "tracking/dynamic_features.h"
+#include "tracking/landmark_observations.h"
 #include "tracking/relocalizer.h"
 #include "tracking/tracked_frame.h"
 
 namespace highwall {
+
+// Result of Tracker::Track. The caller applies what concerns the map.
+struct TrackingResult {
+  TrackedFrame frame;
+  LandmarkCounts counts;
+};
 
 // Tracks the camera pose frame by frame: prediction by an IMU or at constant velocity, matching of
 // the last frame's landmarks by projection, pose by SolvePose, then the same with the landmarks of
@@ -38,9 +46,9 @@ class Tracker {
 
   // Tracks a frame. The features of `frame` are as its rows observed them; those of the result are
   // compensated to the time of the middle row. predicted: the pose predicted by the IMU, if
-  // available. Also counts in the map how often landmarks were in view and found.
-  TrackedFrame Track(const Frame& frame, Map& map,
-                     const std::optional<PoseConstraint>& predicted = std::nullopt);
+  // available.
+  TrackingResult Track(const Frame& frame, const Map& map,
+                       const std::optional<PoseConstraint>& predicted = std::nullopt);
 
   // Makes `tracked`, which became the keyframe, the last frame: its landmarks, new ones included,
   // are the ones the next frame is matched to, from its pose after the adjustment.
@@ -90,7 +98,7 @@ class Tracker {
   // meaningless.
   bool IsContinuous(const Twist& expected, const TrackedFrame& tracked) const;
   // Updates the motion by a frame tracked from the last one. predicted: null if it was rejected.
-  void UpdateMotion(const PoseConstraint* predicted, bool has_landmarks, Map& map,
+  void UpdateMotion(const PoseConstraint* predicted, bool has_landmarks, const Map& map,
                     TrackedFrame* tracked);
   // Replaces the expected motion in the compensation of the features by the estimated one, and
   // re-estimates the pose.
@@ -108,12 +116,11 @@ class Tracker {
   // A frame matched with the local map, and the landmarks predicted to be visible from its pose.
   struct LocalMatch {
     TrackedFrame frame;
-    std::vector<PointId> points_in_view;
-    std::vector<LineId> lines_in_view;
+    LandmarksInView in_view;
     bool prediction_rejected = false;  // found inconsistent with the prediction
 
     int Support() const;
-    void CountObservations(Map& map) const;
+    std::size_t SupportInView() const;
   };
   // Finds the pose of a frame: from the last one, by relocalization, with surfaces as a fallback
   // constraint, or by direct alignment. diagnostics: why there is none.
