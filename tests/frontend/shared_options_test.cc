@@ -142,7 +142,8 @@ class SharedOptions : public ::testing::Test {
 
   Outcome Track(const MeasurementModel& model) const {
     Map map = known_.map.Clone();
-    Tracker tracker(model, {});
+    const SensorModel sensor(model, {});
+    Tracker tracker(model, {}, sensor);
     TrackedFrame before;
     before.frame = map.keyframe(1_kf)->frame;
     tracker.Anchor(before, *map.keyframe(1_kf));

@@ -298,7 +298,8 @@ void MakeUserOf(const std::string& part, const SlamOptions& options) {
   const RgbdSensor sensor;
   if (part == "frame") FrameBuilder(sensor, options.frame);
   const MeasurementModel model(sensor, options.measurement, Pose(), options.frame.orb.pyramid);
-  if (part == "tracker") Tracker(model, options.tracker);
+  const SensorModel sensor_model(model, {});
+  if (part == "tracker") Tracker(model, options.tracker, sensor_model);
   if (part == "keyframes") KeyFramePolicy policy(options.keyframes);
   if (part == "refinement") {
     FrameRefiner(model, sensor.camera, options.refinement, options.tracker);

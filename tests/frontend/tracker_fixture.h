@@ -18,15 +18,32 @@ inline Pose PoseOfFrame(int i) {
                            {0.02 * std::sin(2 * phase), 0.08 * std::sin(phase), 0.0});
 }
 
-// A tracker as the system runs it: what a frame observes is counted in the map.
-class TrackerInSystem : public Tracker {
- public:
-  using Tracker::Tracker;
+struct OwnedSensor {
+  SensorModel sensor;
+};
 
+// A tracker as the system runs it: the landmarks of a frame are counted in the map, and its motion
+// tells the sensor.
+class TrackerInSystem : public OwnedSensor, public Tracker {
+ public:
+  TrackerInSystem(const MeasurementModel& model, const TrackerOptions& options,
+                  const FrameTiming& timing = {})
+      : OwnedSensor{{model, SensorOptions(options), timing}}, Tracker(model, options, sensor) {}
+
+  void Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
+    Tracker::Anchor(tracked, keyframe);
+    sensor.Remember(keyframe, moved_by());
+  }
   TrackedFrame Track(const Frame& frame, Map& map,
                      const std::optional<PoseConstraint>& predicted = std::nullopt) {
     TrackingResult result = Tracker::Track(frame, map, predicted);
     result.counts.AddTo(&map);
+    const TrackedFrame& tracked = result.frame;
+    if (result.motion) {
+      sensor.LearnTiming(
+          {tracked.frame.stamp, *tracked.frame.features, tracked.points, tracked.T_WC}, map,
+          *result.motion);
+    }
     return std::move(result.frame);
   }
 };

@@ -71,7 +71,7 @@ class TrackerTiming : public TrackerTest {
     tracker.Anchor(tracked, keyframe);
     Track(tracker, SeenByRows(i + 1), i + 1);
     const auto before = keyframe.frame.features;
-    tracker.CompensateAll(&scene_map.map);
+    tracker.sensor.CompensateAll(&scene_map.map);
     return keyframe.frame.features == before;
   }
 
@@ -95,7 +95,7 @@ TEST_F(TrackerTiming, FindsTheReadoutAndItsPosesAreAsGoodAsWithTheKnownOne) {
   const double ignored = Follow(ignoring), known = Follow(knowing), found = Follow(estimating);
   EXPECT_LT(known, 0.5 * ignored);
   EXPECT_LT(found, 1.1 * known);
-  const FrameTimingEstimate estimate = estimating.timing_estimate();
+  const FrameTimingEstimate estimate = estimating.sensor.timing_estimate();
   EXPECT_NEAR(estimate.value.colour_readout, kReadout,
               std::max(0.1 * kReadout, 3.0 * estimate.sigma.colour_readout));
   EXPECT_LT(estimate.sigma.colour_readout, 2e-3);
@@ -103,7 +103,7 @@ TEST_F(TrackerTiming, FindsTheReadoutAndItsPosesAreAsGoodAsWithTheKnownOne) {
   EXPECT_EQ(estimate.value.depth_readout, 0.0);
   EXPECT_EQ(estimate.value.depth_delay, 0.0);
   EXPECT_GT(estimate.sigma.depth_delay, 5e-3);
-  EXPECT_EQ(knowing.timing().colour_readout, kReadout);
+  EXPECT_EQ(knowing.sensor.timing().colour_readout, kReadout);
 }
 
 TEST_F(TrackerTiming, ImagesOfOneTimeHaveNoReadout) {
@@ -115,7 +115,7 @@ TEST_F(TrackerTiming, ImagesOfOneTimeHaveNoReadout) {
                {.px = 0.5, .depth = true, .seed = static_cast<unsigned>(i)}),
           i);
   }
-  EXPECT_LT(tracker.timing().colour_readout, 1e-3);
+  EXPECT_LT(tracker.sensor.timing().colour_readout, 1e-3);
 }
 
 TEST_F(TrackerTiming, KeepsAKnownReadoutWithinTwoStandardDeviations) {
@@ -123,13 +123,13 @@ TEST_F(TrackerTiming, KeepsAKnownReadoutWithinTwoStandardDeviations) {
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 120; ++i) {
     Track(tracker, SeenByRows(i), i);
-    const FrameTimingEstimate estimate = tracker.timing_estimate();
+    const FrameTimingEstimate estimate = tracker.sensor.timing_estimate();
     const double off = std::abs(estimate.value.colour_readout - kReadout);
     // Two standard deviations: five of a hundred such numbers are further off by chance.
     if (off < 2.0 * estimate.sigma.colour_readout) {
-      EXPECT_EQ(tracker.timing().colour_readout, kReadout) << i;
+      EXPECT_EQ(tracker.sensor.timing().colour_readout, kReadout) << i;
     } else {
-      EXPECT_EQ(tracker.timing().colour_readout, estimate.value.colour_readout) << i;
+      EXPECT_EQ(tracker.sensor.timing().colour_readout, estimate.value.colour_readout) << i;
     }
   }
 }
@@ -145,7 +145,7 @@ TEST_F(TrackerTiming, AKeyframeMadeBeforeTheReadoutWasFoundFollowsIt) {
   keyframe.frame = tracked.frame;
   tracker.Anchor(tracked, keyframe);
   for (int i = 11; i < 240; ++i) Track(tracker, SeenByRows(i), i);
-  tracker.CompensateAll(&scene_map.map);
+  tracker.sensor.CompensateAll(&scene_map.map);
   const SyntheticView truth =
       Look(scene, IdealSensor(), PoseOfFrame(10), {.px = 0.5, .depth = true, .seed = 10});
   double before = 0.0, after = 0.0;
@@ -201,7 +201,7 @@ TEST_F(TrackerTiming, EstimatesTheReadoutFromTheMotionThatTheImuPredicts) {
         CompensatedToMiddleRow(*view.features, IdealSensor().camera, -kReadout, *known.motion);
     tracker.Track(MakeFrame(view, i), scene_map.map, known);
   }
-  const FrameTimingEstimate estimate = tracker.timing_estimate();
+  const FrameTimingEstimate estimate = tracker.sensor.timing_estimate();
   EXPECT_NEAR(estimate.value.colour_readout, kReadout, 0.1 * kReadout);
 }
 
@@ -252,7 +252,7 @@ TEST_F(TrackerTiming, AFrameThatWasNotTrackedIsRememberedAsItWasSeen) {
   KeyFrame& keyframe = scene_map.map.AddKeyFrame(lost.frame, PoseOfFrame(10));
   tracker.Anchor(lost, keyframe);
   const auto seen = keyframe.frame.features;
-  tracker.CompensateAll(&scene_map.map);
+  tracker.sensor.CompensateAll(&scene_map.map);
   EXPECT_EQ(keyframe.frame.features, seen);
 }
 
@@ -260,8 +260,8 @@ TEST_F(TrackerTiming, ACameraAtRestGivesNoEstimate) {
   TrackerInSystem tracker(model, {}, {.colour_readout = 0.02});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 60; ++i) Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(0)), i);
-  EXPECT_NEAR(tracker.timing().colour_readout, 0.02, 1e-6);
-  EXPECT_GT(tracker.timing_estimate().sigma.colour_readout, 0.014);
+  EXPECT_NEAR(tracker.sensor.timing().colour_readout, 0.02, 1e-6);
+  EXPECT_GT(tracker.sensor.timing_estimate().sigma.colour_readout, 0.014);
 }
 
 }  // namespace

@@ -65,7 +65,8 @@ TEST(VisualPose, OfATrackedFrameForgetsThePrediction) {
   first.frame = testing::MakeFrame(look(T_first), 0);
   first.T_WC = T_first;
   const KeyFrameId id = scene_map.Add(look(T_first), T_first);
-  Tracker tracker(model, {});
+  const SensorModel sensor(model, {});
+  Tracker tracker(model, {}, sensor);
   tracker.Anchor(first, *scene_map.map.keyframe(id));
   const PoseConstraint predicted{truth.Plus((Vector6() << 4e-3, -4e-3, 4e-3, 0, 0, 0).finished()),
                                  3e3 * Matrix6::Identity()};

@@ -39,7 +39,8 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       builder_(sensor, options.frame, std::move(points), options.threads > 0),
       model_(sensor, options.measurement, imu ? imu->T_BC : Pose(),
              builder_.feature_type().pyramid),
-      tracker_(model_, options.tracker, sensor.timing),
+      sensor_(model_, SensorOptions(options.tracker), sensor.timing),
+      tracker_(model_, options.tracker, sensor_),
       policy_(options.keyframes),
       refiner_(model_, sensor.camera, options.refinement, options.tracker, options.threads > 0),
       mapper_(model_, options.mapper, options.threads > 0),
@@ -64,7 +65,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
   if (!ids.empty()) {
     last_given_keyframe_ = ids.back();
     submap_keyframes_ = kMinSubmapKeyFrames;  // mature
-    tracker_.LearnNoise(map_, WithNeighbours(map_, ids.back(), kSharedByPlace, kLearnedFrom));
+    sensor_.LearnNoise(map_, WithNeighbours(map_, ids.back(), kSharedByPlace, kLearnedFrom));
   }
 }
 
@@ -151,7 +152,7 @@ FrameBuilder::DepthChange SlamSystem::Impl::CompensateRollingShutter(const RgbdI
     std::optional<PoseConstraint> predicted;
     if (inertial_) predicted = inertial_->Predict(image.stamp);
     correction.motion = tracker_.Motion(predicted ? &*predicted : nullptr);
-    correction.timing = tracker_.timing();
+    correction.timing = sensor_.timing();
     correction.timing.depth_delay += DepthDelay(image);
   }
   if (correction.IsIdentity()) return {};
@@ -163,7 +164,7 @@ FrameBuilder::DepthChange SlamSystem::Impl::CompensateRollingShutter(const RgbdI
 cv::Mat SlamSystem::Impl::CorrectedDepth(KeyFrameId id, const cv::Mat& depth) const {
   DepthCorrection correction{.pattern = depth_pattern_.pattern()};
   const KeyFrame* const keyframe = map_.keyframe(id);
-  const RowMotion* const rows = keyframe ? tracker_.RowsOf(id) : nullptr;
+  const RowMotion* const rows = keyframe ? sensor_.RowsOf(id) : nullptr;
   if (rows != nullptr) {
     correction.motion = rows->motion;
     correction.timing = rows->timing;
@@ -192,9 +193,7 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   const Stopwatch watch;
   std::optional<PoseConstraint> predicted;
   if (inertial_) predicted = inertial_->Predict(frame.stamp);
-  TrackingResult tracking = tracker_.Track(frame, map_, predicted);
-  tracking.counts.AddTo(&map_);
-  TrackedFrame tracked = std::move(tracking.frame);
+  TrackedFrame tracked = TrackInMap(frame, predicted);
   ChooseSubmap(tracked, result);
   const bool starts = submap_keyframes_ == 0;
   if (inertial_ && !starts) Fuse(Observe(tracked), tracked, result);
@@ -204,6 +203,19 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   if (HasPose(tracked.state)) posed_ = frame.stamp;
   result.times.tracking = watch.Milliseconds();
   return tracked;
+}
+
+TrackedFrame SlamSystem::Impl::TrackInMap(const Frame& frame,
+                                          const std::optional<PoseConstraint>& predicted) {
+  TrackingResult result = tracker_.Track(frame, map_, predicted);
+  const TrackedFrame& tracked = result.frame;
+  result.counts.AddTo(&map_);
+  if (result.motion) {
+    sensor_.LearnTiming(
+        {tracked.frame.stamp, *tracked.frame.features, tracked.points, tracked.T_WC}, map_,
+        *result.motion);
+  }
+  return std::move(result.frame);
 }
 
 bool SlamSystem::Impl::Repeats(const RgbdImage& image) {
@@ -274,7 +286,7 @@ void SlamSystem::Impl::RefineFrames(FrameResult& result) {
 
 ImageKnowledge SlamSystem::Impl::Knowledge() const {
   ImageKnowledge knowledge{.pattern = depth_pattern_.pattern()};
-  if (options_.tracker.timing != FrameTimingMode::kIgnored) knowledge.timing = tracker_.timing();
+  if (options_.tracker.timing != FrameTimingMode::kIgnored) knowledge.timing = sensor_.timing();
   return knowledge;
 }
 
@@ -400,9 +412,10 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   });
   tracked.T_WC = T_new_old * tracked.T_WC;
   const Pose T_WC = tracked.T_WC;
-  tracker_.CompensateAround(tracked, options_.mapper.adjusted_keyframes, &map_);
+  sensor_.CompensateAround(tracked.points, tracked.lines, options_.mapper.adjusted_keyframes,
+                           &map_);
   if (map_.keyframe(last_keyframe_) != nullptr) {
-    tracker_.LearnNoise(map_, WithNeighbours(map_, last_keyframe_, kSharedByPlace, kLearnedFrom));
+    sensor_.LearnNoise(map_, WithNeighbours(map_, last_keyframe_, kSharedByPlace, kLearnedFrom));
   }
   tracked.state = TrackingState::kTracking;
   ++submap_keyframes_;
@@ -417,6 +430,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   tracked.reference = keyframe.id;
   tracked.by_image = false;
   tracker_.Anchor(tracked, keyframe);
+  sensor_.Remember(keyframe, tracker_.moved_by());
   if (inertial_) inertial_->MoveMap(keyframe.T_WC * T_WC.Inverse());
   result.times.mapping = watch.Milliseconds();
 }
@@ -427,7 +441,7 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
     if (options_.tracker.timing == FrameTimingMode::kIgnored) return;
     // The adjustment in progress uses the old row times.
     EditWorld(result, [] {});
-    tracker_.CompensateAll(&map_);
+    sensor_.CompensateAll(&map_);
   };
   if (loop_closer_.InsertKeyFrame(map_, last_keyframe_, prepare)) {
     worker_.Preempt(loop_closer_);
@@ -516,7 +530,7 @@ BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
   BundleAdjustmentReport report;
   bool moved = false;
   WithTracker([&] {
-    tracker_.CompensateAll(&map_);
+    sensor_.CompensateAll(&map_);
     for (const SubmapId root : map_.roots()) {
       worker_.Drop(map_, root);
       const BundleAdjustmentReport adjusted =

@@ -20,6 +20,7 @@
 #include "local/local_mapper.h"
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
+#include "sensor/sensor_model.h"
 #include "system/keyframe_release.h"
 #include "system/map_worker.h"
 #include "system/pending_factors.h"
@@ -60,7 +61,7 @@ class SlamSystem::Impl {
   Trajectory keyframe_trajectory() const;
   std::vector<SubmapTrajectory> submaps() const;
   SensorEstimate sensor() const {
-    return {tracker_.timing_estimate(), depth_pattern_.pattern(), tracker_.noise()};
+    return {sensor_.timing_estimate(), depth_pattern_.pattern(), sensor_.noise()};
   }
   int refined_frames() const { return refiner_.refined(); }
   const Map& map() const { return map_; }
@@ -82,6 +83,8 @@ class SlamSystem::Impl {
   TrackedFrame Extrapolate(const Frame& frame, FrameResult& result);
   // Estimates the pose from the images and the IMU, if there is one. Starts a map if there is none.
   TrackedFrame Estimate(const Frame& frame, FrameResult& result);
+  // Tracks the frame; counts its landmarks in the map, and learns the sensor from it.
+  TrackedFrame TrackInMap(const Frame& frame, const std::optional<PoseConstraint>& predicted);
   // Sets the submap that the frame was tracked in; drops the one it has left if that is too young.
   void ChooseSubmap(TrackedFrame& tracked, FrameResult& result);
   // Returns whether a frame without a pose may begin a submap: the first suitable one after the
@@ -135,6 +138,7 @@ class SlamSystem::Impl {
   SlamOptions options_;
   FrameBuilder builder_;
   MeasurementModel model_;
+  SensorModel sensor_;
   Tracker tracker_;
   KeyFramePolicy policy_;
   FrameRefiner refiner_;

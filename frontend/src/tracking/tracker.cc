@@ -55,16 +55,20 @@ int NumCells(const cv::Mat& mask) {
 
 }  // namespace
 
+SensorModelOptions SensorOptions(const TrackerOptions& options) {
+  return {.has_row_times = options.timing != FrameTimingMode::kIgnored,
+          .estimates_timing = options.timing == FrameTimingMode::kEstimated,
+          .estimates_noise = options.learn_noise};
+}
+
 Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options,
-                 const FrameTiming& timing)
+                 const SensorModel& sensor)
     : model_(model),
+      sensor_(sensor),
       options_(options),
       matcher_(model),
       relocalizer_(model, options.relocalizer, options.pose),
       moving_(model, options.moving, options.pose),
-      keyframe_times_(model.camera(), moving_.grid()),
-      timing_(timing, model, moving_.grid(), keyframe_times_),
-      noise_(model),
       aligner_(moving_.grid(), model.depth_noise(), options.surfaces.matcher, options.direct) {
   options_.Validate();
 }
@@ -76,14 +80,14 @@ TrackingResult Tracker::Track(const Frame& seen, const Map& map,
   if (map.num_keyframes() == 0) {
     TrackedFrame none = Unmatched(seen, Pose());
     none.state = TrackingState::kInitializing;
-    return {std::move(none), {}};
+    return {.frame = std::move(none)};
   }
   const bool was_tracking = last_.has_value();
   const PoseConstraint* known = predicted ? &*predicted : nullptr;
   Frame frame = seen;
-  if (LearnsNoise()) frame.features = noise_.Apply(*seen.features);
+  frame.features = sensor_.WithNoise(seen.features);
   const Twist expected = Motion(known);
-  if (const auto times = TimingOf(seen); was_tracking && times) {
+  if (const auto times = sensor_.TimingOf(seen); was_tracking && times) {
     moved_by_ = {*times, expected};
     if (times->colour_readout > 0.0) {
       frame.features =
@@ -97,12 +101,13 @@ TrackingResult Tracker::Track(const Frame& seen, const Map& map,
     if (!predicted) last_.reset();
     TrackedFrame lost = Unmatched(frame, predicted ? predicted->T_WC : Pose());
     lost.diagnostics = diagnostics;
-    return {std::move(lost), {}};
+    return {.frame = std::move(lost)};
   }
   TrackedFrame& tracked = match->frame;
-  TrackingResult result{{}, {std::move(match->in_view), tracked.points, tracked.lines}};
+  TrackingResult result{.counts = {std::move(match->in_view), tracked.points, tracked.lines}};
   if (was_tracking && !tracked.relocalized) {
-    UpdateMotion(match->prediction_rejected ? nullptr : known, match->Support() > 0, map, &tracked);
+    result.motion = UpdateMotion(match->prediction_rejected ? nullptr : known, match->Support() > 0,
+                                 map, &tracked);
   } else {
     velocity_.Reset();
     is_continuous_ = false;
@@ -129,15 +134,6 @@ Twist Tracker::Motion(const PoseConstraint* predicted) const {
   return is_continuous_ ? velocity_.twist() : Twist();
 }
 
-std::optional<FrameTiming> Tracker::TimingOf(const Frame& frame) const {
-  if (options_.timing == FrameTimingMode::kIgnored) return std::nullopt;
-  FrameTiming times = timing();
-  times.depth_delay += frame.depth_delay;
-  const bool differ =
-      times.colour_readout != 0.0 || times.depth_readout != 0.0 || times.depth_delay != 0.0;
-  return differ ? std::optional(times) : std::nullopt;
-}
-
 bool Tracker::IsContinuous(const Twist& expected, const TrackedFrame& tracked) const {
   // Above what a hand or a drone does to its camera, and below a cut in the recording.
   constexpr double kMaxAcceleration = 50.0;          // [m/s^2]
@@ -149,8 +145,9 @@ bool Tracker::IsContinuous(const Twist& expected, const TrackedFrame& tracked) c
          (found.omega - expected.omega).norm() <= kMaxAngularAcceleration * dt;
 }
 
-void Tracker::UpdateMotion(const PoseConstraint* predicted, bool has_landmarks, const Map& map,
-                           TrackedFrame* tracked) {
+std::optional<FrameMotion> Tracker::UpdateMotion(const PoseConstraint* predicted,
+                                                 bool has_landmarks, const Map& map,
+                                                 TrackedFrame* tracked) {
   const ConstantVelocity before = is_continuous_ ? velocity_ : ConstantVelocity();
   imu_predicts_motion_ =
       predicted != nullptr && predicted->motion && IsContinuous(*predicted->motion, *tracked);
@@ -160,16 +157,17 @@ void Tracker::UpdateMotion(const PoseConstraint* predicted, bool has_landmarks, 
   if (is_continuous_ && !imu_predicts_motion_ && has_landmarks)
     FollowMotion(map, predicted, tracked);
   velocity_.Measure(last_->T_WC.Inverse() * tracked->T_WC, SinceLast(tracked->frame));
-  if (!is_continuous_) return;
-  if (anchored_) keyframe_times_.Correct(*anchored_, velocity_.AtBeginning(before));
-  if (options_.timing == FrameTimingMode::kEstimated) {
-    timing_.Add({tracked->frame.stamp, *tracked->frame.features, tracked->points, tracked->T_WC},
-                map, imu_predicts_motion_ ? moved_by_.motion : velocity_.twist());
+  if (!is_continuous_) return std::nullopt;
+  FrameMotion motion{imu_predicts_motion_ ? moved_by_.motion : velocity_.twist()};
+  if (anchored_) {
+    motion.keyframe = *anchored_;
+    motion.at_keyframe = velocity_.AtBeginning(before);
   }
+  return motion;
 }
 
 void Tracker::FollowMotion(const Map& map, const PoseConstraint* predicted, TrackedFrame* tracked) {
-  const auto times = TimingOf(tracked->frame);
+  const auto times = sensor_.TimingOf(tracked->frame);
   if (!times) return;
   ConstantVelocity found = velocity_;
   found.Measure(last_->T_WC.Inverse() * tracked->T_WC, SinceLast(tracked->frame));
@@ -181,35 +179,6 @@ void Tracker::FollowMotion(const Map& map, const PoseConstraint* predicted, Trac
   if (!Solve(again, map, options_.min_motion_support, predicted, FallbackConstraint::kNone)) return;
   *tracked = std::move(again);
   moved_by_ = now;
-}
-
-void Tracker::Compensate(std::span<const KeyFrameId> keyframes, Map* map) {
-  if (options_.timing == FrameTimingMode::kIgnored) return;
-  FrameTimingEstimate by{.value = timing()};
-  if (options_.timing == FrameTimingMode::kEstimated) by.sigma = timing_.estimate().sigma;
-  keyframe_times_.Compensate(by, keyframes, map);
-}
-
-void Tracker::CompensateAround(const TrackedFrame& tracked, int most, Map* map) {
-  std::vector<KeyFrameId> around;
-  for (const auto& [id, shared] : map->Observers(tracked.points, tracked.lines)) {
-    if (static_cast<int>(around.size()) == most) break;
-    around.push_back(id);
-  }
-  Compensate(around, map);
-}
-
-void Tracker::CompensateAll(Map* map) {
-  for (const SubmapId root : map->roots()) Compensate(map->KeyFramesOf(root), map);
-}
-
-bool Tracker::LearnsNoise() const {
-  // The paper's single sigma of all rows is a choice, not knowledge.
-  return options_.learn_noise && model_.options().weighting == Weighting::kCovariance;
-}
-
-void Tracker::LearnNoise(const Map& map, std::span<const KeyFrameId> keyframes) {
-  if (LearnsNoise()) noise_.Add(map, keyframes);
 }
 
 std::optional<Tracker::LocalMatch> Tracker::Find(const Frame& frame, const Map& map,
@@ -339,8 +308,6 @@ void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
   last_->points = keyframe.points;
   last_->lines = keyframe.lines;
   last_->reference = keyframe.id;
-  if (options_.timing == FrameTimingMode::kIgnored) return;
-  keyframe_times_.Remember(keyframe, moved_by_);
   if (!imu_predicts_motion_) anchored_ = keyframe.id;
 }
 

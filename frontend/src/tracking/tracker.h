@@ -16,8 +16,7 @@
 #include "pose/degeneracy.h"
 #include "pose/direct_alignment.h"
 #include "pose/surface_matcher.h"
-#include "sensor/frame_timing_estimator.h"
-#include "sensor/noise_estimator.h"
+#include "sensor/sensor_model.h"
 #include "tracking/constant_velocity.h"
 #include "tracking/dynamic_features.h"
 #include "tracking/landmark_observations.h"
@@ -26,11 +25,15 @@
 
 namespace highwall {
 
-// Result of Tracker::Track. The caller applies what concerns the map.
+// Result of Tracker::Track. The caller applies what concerns the map and the sensor.
 struct TrackingResult {
-  TrackedFrame frame;
-  LandmarkCounts counts;
+  TrackedFrame frame{};
+  LandmarkCounts counts{};
+  std::optional<FrameMotion> motion{};  // for the sensor; empty if it is not continuous
 };
+
+// Returns what the sensor model of a tracker estimates.
+SensorModelOptions SensorOptions(const TrackerOptions& options);
 
 // Tracks the camera pose frame by frame: prediction by an IMU or at constant velocity, matching of
 // the last frame's landmarks by projection, pose by SolvePose, then the same with the landmarks of
@@ -38,9 +41,8 @@ struct TrackingResult {
 // relocalization. (Xiao et al. 2025, figure 2, tracking.)
 class Tracker {
  public:
-  // model: must outlive the tracker. timing: initial value, if known.
-  Tracker(const MeasurementModel& model, const TrackerOptions& options,
-          const FrameTiming& timing = {});
+  // model, sensor: must outlive the tracker.
+  Tracker(const MeasurementModel& model, const TrackerOptions& options, const SensorModel& sensor);
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
 
@@ -67,39 +69,22 @@ class Tracker {
   // Returns the motion expected at the next frame: that of `predicted`, or the last one; zero if
   // the camera was lost.
   Twist Motion(const PoseConstraint* predicted) const;
-  // Current estimate of the row times of images.
-  const FrameTiming& timing() const { return timing_.timing(); }
-  FrameTimingEstimate timing_estimate() const { return timing_.estimate(); }
-  // Motion by which the features of the latest frame were compensated.
+  // Motion by which the rows of the latest frame were compensated.
   const RowMotion& moved_by() const { return moved_by_; }
-  // Current estimate of the noise of observations.
-  const NoiseEstimate& noise() const { return noise_.estimate(); }
-  // Updates it from keyframes after an adjustment.
-  void LearnNoise(const Map& map, std::span<const KeyFrameId> keyframes);
-  // Updates keyframes and their landmarks if the estimate of their row times has changed; their
-  // poses are left to the adjustment that follows. Updates the keyframes that share most landmarks
-  // with a frame, at most `most`, or all.
-  void CompensateAround(const TrackedFrame& tracked, int most, Map* map);
-  void CompensateAll(Map* map);
-  // Motion by which the rows of a keyframe were compensated; null if it is not of this run.
-  const RowMotion* RowsOf(KeyFrameId keyframe) const { return keyframe_times_.Find(keyframe); }
   // Follows a map that was transformed around here: p_new = T_new_old p_old.
   void Transform(const Pose& T_new_old);
 
  private:
-  void Compensate(std::span<const KeyFrameId> keyframes, Map* map);
   // Fallback constraint on a pose, in addition to points and lines.
   enum class FallbackConstraint { kNone, kSurfaces };
 
-  bool LearnsNoise() const;
-  // Returns the row times of the images of one frame; empty if they are all zero or ignored.
-  std::optional<FrameTiming> TimingOf(const Frame& frame) const;
   // Returns whether the camera may have come here by continuous motion; otherwise twists are
   // meaningless.
   bool IsContinuous(const Twist& expected, const TrackedFrame& tracked) const;
-  // Updates the motion by a frame tracked from the last one. predicted: null if it was rejected.
-  void UpdateMotion(const PoseConstraint* predicted, bool has_landmarks, const Map& map,
-                    TrackedFrame* tracked);
+  // Updates the motion by a frame tracked from the last one, and returns it; empty if it is not
+  // continuous. predicted: null if it was rejected.
+  std::optional<FrameMotion> UpdateMotion(const PoseConstraint* predicted, bool has_landmarks,
+                                          const Map& map, TrackedFrame* tracked);
   // Replaces the expected motion in the compensation of the features by the estimated one, and
   // re-estimates the pose.
   void FollowMotion(const Map& map, const PoseConstraint* predicted, TrackedFrame* tracked);
@@ -185,13 +170,11 @@ class Tracker {
   std::vector<PointToPlaneRow> MatchSurfaces(const TrackedFrame& tracked, const Map& map) const;
 
   const MeasurementModel& model_;
+  const SensorModel& sensor_;
   TrackerOptions options_;
   MapMatcher matcher_;
   Relocalizer relocalizer_;
   DynamicFeatures moving_;
-  KeyframeRowTimes keyframe_times_;
-  FrameTimingEstimator timing_;
-  NoiseEstimator noise_;
   DirectAligner aligner_;
   std::optional<TrackedFrame> last_;    // the last frame tracked
   int last_support_ = 0;                // support of its pose

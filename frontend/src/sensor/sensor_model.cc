@@ -1,0 +1,68 @@
+#include "sensor/sensor_model.h"
+
+#include <vector>
+
+namespace highwall {
+
+SensorModel::SensorModel(const MeasurementModel& model, const SensorModelOptions& options,
+                         const FrameTiming& timing)
+    : options_(options),
+      grid_(model.camera()),
+      keyframe_times_(model.camera(), grid_),
+      timing_(timing, model, grid_, keyframe_times_),
+      noise_(model) {
+  // The paper's single sigma of all rows is a choice, not knowledge.
+  options_.estimates_noise &= model.options().weighting == Weighting::kCovariance;
+}
+
+std::shared_ptr<const FrameFeatures> SensorModel::WithNoise(
+    const std::shared_ptr<const FrameFeatures>& features) const {
+  return options_.estimates_noise ? noise_.Apply(*features) : features;
+}
+
+void SensorModel::LearnNoise(const Map& map, std::span<const KeyFrameId> keyframes) {
+  if (options_.estimates_noise) noise_.Add(map, keyframes);
+}
+
+std::optional<FrameTiming> SensorModel::TimingOf(const Frame& frame) const {
+  if (!options_.has_row_times) return std::nullopt;
+  FrameTiming times = timing();
+  times.depth_delay += frame.depth_delay;
+  const bool differ =
+      times.colour_readout != 0.0 || times.depth_readout != 0.0 || times.depth_delay != 0.0;
+  return differ ? std::optional(times) : std::nullopt;
+}
+
+void SensorModel::LearnTiming(const FrameTimingEstimator::View& view, const Map& map,
+                              const FrameMotion& motion) {
+  if (!options_.has_row_times) return;
+  if (motion.keyframe != kNoId) keyframe_times_.Correct(motion.keyframe, motion.at_keyframe);
+  if (options_.estimates_timing) timing_.Add(view, map, motion.at_frame);
+}
+
+void SensorModel::Remember(const KeyFrame& keyframe, const RowMotion& moved_by) {
+  if (options_.has_row_times) keyframe_times_.Remember(keyframe, moved_by);
+}
+
+void SensorModel::Compensate(std::span<const KeyFrameId> keyframes, Map* map) {
+  if (!options_.has_row_times) return;
+  FrameTimingEstimate by{.value = timing()};
+  if (options_.estimates_timing) by.sigma = timing_.estimate().sigma;
+  keyframe_times_.Compensate(by, keyframes, map);
+}
+
+void SensorModel::CompensateAround(std::span<const PointId> points, std::span<const LineId> lines,
+                                   int most, Map* map) {
+  std::vector<KeyFrameId> around;
+  for (const auto& [id, shared] : map->Observers(points, lines)) {
+    if (static_cast<int>(around.size()) == most) break;
+    around.push_back(id);
+  }
+  Compensate(around, map);
+}
+
+void SensorModel::CompensateAll(Map* map) {
+  for (const SubmapId root : map->roots()) Compensate(map->KeyFramesOf(root), map);
+}
+
+}  // namespace highwall
