@@ -119,6 +119,8 @@ std::optional<std::int64_t> YamlReader::LineOf(const std::string& section,
 }
 
 YamlReader& YamlReader::Section(const std::string& key) {
+  const auto known = std::ranges::find(sections_, key, &YamlReader::name_);
+  if (known != sections_.end()) return *known;
   known_.push_back(key);
   const std::optional<Entry> entry = Find(key);
   if (entry && !entry->value.IsMap()) {
@@ -126,6 +128,11 @@ YamlReader& YamlReader::Section(const std::string& key) {
   }
   sections_.push_back(YamlReader(path_, key, entry ? entry->value : YAML::Node()));
   return sections_.back();
+}
+
+void YamlReader::Refuse(const std::string& key, const std::string& message) const {
+  const std::optional<Entry> entry = Find(key);
+  throw IoError(path_, entry ? entry->line : 1, message);
 }
 
 void YamlReader::CheckKeys() const {

@@ -71,9 +71,11 @@ class YamlReader {
   // Returns the line of a key in a section, or at the top level if `section` is empty, counted from
   // 1; empty if absent.
   std::optional<std::int64_t> LineOf(const std::string& section, const std::string& key) const;
-  // Returns the map under `key`, empty if absent; valid as long as this reader. Throws if it is not
-  // a map.
+  // Returns the map under `key`, empty if absent; valid as long as this reader, and the same one on
+  // every call. Throws if it is not a map.
   YamlReader& Section(const std::string& key);
+  // Throws IoError with this message at the line of a key.
+  [[noreturn]] void Refuse(const std::string& key, const std::string& message) const;
 
   // Throws for an unknown key (suggesting a similar one), a duplicate key, and a missing required
   // key; here and in all sections.

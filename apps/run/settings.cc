@@ -1,9 +1,7 @@
 #include "run/settings.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -14,39 +12,10 @@
 
 #include "cli/did_you_mean.h"
 #include "files/yaml_reader.h"
+#include "run/former_settings.h"
 
 namespace highwall::apps {
 namespace {
-
-// Settings that version 0.2 knew by another name, which is accepted as well until version 0.4.
-struct Renamed {
-  std::string_view before, now;
-};
-constexpr std::array kRenamed = {
-    Renamed{"loops.detector.min_found_apart", "loops.detector.min_match_ratio_across_submaps"},
-    Renamed{"loops.detector.overwhelming", "loops.detector.decisive_ratio"},
-    Renamed{"submaps.patience", "submaps.lost_timeout"},
-};
-
-// Settings of version 0.2 whose place `threads` has taken. Files may hold them until version 0.4,
-// with the value that they had by default.
-struct Replaced {
-  std::string_view path, usual;
-};
-constexpr std::array kReplacedByThreads = {
-    Replaced{"frame.parallel", "true"},
-    Replaced{"refinement.background", "true"},
-    Replaced{"mapper.bundle.threads", "1"},
-    Replaced{"mapper.background", "true"},
-    Replaced{"inertial.tight.background", "true"},
-    Replaced{"loops.correction.threads", "2"},
-    Replaced{"loops.bundle.threads", "2"},
-    Replaced{"loops.background", "true"},
-    Replaced{"factors.threads", "2"},
-    Replaced{"factors.background", "true"},
-    Replaced{"depth_pattern.background", "true"},
-};
-constexpr const char* kThreads = "`threads` is for all stages now, and 0 makes them synchronous";
 
 template <class Field>
 concept Group = std::is_class_v<Field>;
@@ -141,37 +110,20 @@ std::string WhichIsMeant(const std::string& path) {
   return within == known.end() ? DidYouMean(path, known) : DidYouMean(*within, known);
 }
 
-// Returns the current path of a setting.
-std::string CurrentPath(const std::string& path) {
-  const auto* renamed = std::ranges::find(kRenamed, path, &Renamed::before);
-  return renamed == kRenamed.end() ? path : std::string(renamed->now);
+template <class Field>
+void ReadField(YamlReader& section, const std::string& key, Field* field) {
+  section.Read(key, Demand<Field>(), [&](const std::string& text) { return Parse(text, field); });
 }
 
 template <class Options>
-void ReadGroup(YamlReader& file, Options* options, const std::string& group = "") {
+void ReadGroup(YamlReader& file, Options* options) {
   ForEachOption(*options, [&](const char* name, auto& field, const OptionRange& = {}) {
-    using Field = std::remove_cvref_t<decltype(field)>;
-    if constexpr (Group<Field>) {
-      ReadGroup(file.Section(name), &field, group + name + ".");
+    if constexpr (Group<std::remove_cvref_t<decltype(field)>>) {
+      ReadGroup(file.Section(name), &field);
     } else {
-      const auto parse = [&](const std::string& text) { return Parse(text, &field); };
-      for (const Renamed& renamed : kRenamed) {
-        if (renamed.now != group + name) continue;
-        file.Read(std::string(renamed.before.substr(group.size())), Demand<Field>(), parse);
-      }
-      file.Read(name, Demand<Field>(), parse);
+      ReadField(file, name, &field);
     }
   });
-  for (const Replaced& replaced : kReplacedByThreads) {
-    const std::size_t name = replaced.path.rfind('.') + 1;
-    if (replaced.path.substr(0, name) != group) continue;
-    file.Read(std::string(replaced.path.substr(name)), std::string("left out (") + kThreads + ")",
-              [&](const std::string& text) {
-                bool on = false;
-                return text == replaced.usual ||
-                       (replaced.usual == "true" && ReadScalar(text, &on) && on);
-              });
-  }
 }
 
 template <class Options>
@@ -196,9 +148,7 @@ void Set(const std::string& setting, SlamOptions* options) {
   HIGHWALL_REQUIRE(end != std::string::npos,
                    "must be NAME=VALUE, such as tracker.min_support=25, is " + setting);
   const std::string text = setting.substr(end + 1);
-  HIGHWALL_REQUIRE(
-      std::ranges::find(kReplacedByThreads, path, &Replaced::path) == kReplacedByThreads.end(),
-      "there is no setting " + path + " any more: " + kThreads);
+  RefuseFormer(path);
   bool found = false;
   ForEachSetting(*options, [&](const std::string& name, auto& field, const OptionRange&) {
     if (name != path) return;
@@ -211,6 +161,12 @@ void Set(const std::string& setting, SlamOptions* options) {
 
 void ReadSettings(const std::filesystem::path& path, SlamOptions* options) {
   YamlReader file = YamlReader::Load(path);
+  ReadFormerSettings(
+      file, [&](YamlReader& section, const std::string& key, const std::string& now) {
+        ForEachSetting(*options, [&](const std::string& name, auto& field, const OptionRange&) {
+          if (name == now) ReadField(section, key, &field);
+        });
+      });
   ReadGroup(file, options);
   file.Finish();
   try {

@@ -130,8 +130,8 @@ TEST_F(SettingsTest, ThreadOptionsOfTheVersionBeforeAreAcceptedWithTheirDefaults
   EXPECT_EQ(SettingsFile(read), SettingsFile({}));
   EXPECT_EQ(Refusal("mapper:\n  background: false\n"),
             file_.string() +
-                ":2: 'background' must be left out (`threads` is for all stages now, and 0 makes "
-                "them synchronous), found 'false'");
+                ":2: there is no setting mapper.background any more: `threads` is for all stages "
+                "now, and 0 makes them synchronous");
   SlamOptions options;
   EXPECT_EQ(testing::MessageOf<InvalidArgument>([&] { Set("mapper.background=true", &options); }),
             "there is no setting mapper.background any more: `threads` is for all stages now, and "

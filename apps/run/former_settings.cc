@@ -1,0 +1,115 @@
+#include "run/former_settings.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string_view>
+
+#include <highwall/core/error.h>
+
+namespace highwall::apps {
+namespace {
+
+struct Renamed {
+  std::string_view before, now;
+};
+constexpr std::array kRenamed = {
+    Renamed{"loops.detector.min_found_apart", "loops.detector.min_match_ratio_across_submaps"},
+    Renamed{"loops.detector.overwhelming", "loops.detector.decisive_ratio"},
+    Renamed{"submaps.patience", "submaps.lost_timeout"},
+};
+
+struct Former {
+  std::string_view path, usual;  // usual: its default
+};
+// `threads` has taken their place.
+constexpr std::array kReplacedByThreads = {
+    Former{"frame.parallel", "true"},
+    Former{"refinement.background", "true"},
+    Former{"mapper.bundle.threads", "1"},
+    Former{"mapper.background", "true"},
+    Former{"inertial.tight.background", "true"},
+    Former{"loops.correction.threads", "2"},
+    Former{"loops.bundle.threads", "2"},
+    Former{"loops.background", "true"},
+    Former{"factors.threads", "2"},
+    Former{"factors.background", "true"},
+    Former{"depth_pattern.background", "true"},
+};
+
+struct GoneSettings {
+  std::span<const Former> settings;
+  std::string_view reason;
+};
+constexpr std::array kGone = {
+    GoneSettings{kReplacedByThreads,
+                 "`threads` is for all stages now, and 0 makes them synchronous"},
+};
+
+std::string WhyGone(std::string_view path, std::string_view reason) {
+  return "there is no setting " + std::string(path) + " any more: " + std::string(reason);
+}
+
+template <class T>
+bool AreEqual(const std::string& a, const std::string& b) {
+  T first{}, second{};
+  return ReadScalar(a, &first) && ReadScalar(b, &second) && first == second;
+}
+
+bool IsSameValue(const std::string& a, const std::string& b) {
+  return a == b || AreEqual<double>(a, b) || AreEqual<bool>(a, b);
+}
+
+std::string NameOf(std::string_view path) {
+  return std::string(path.substr(path.rfind('.') + 1));
+}
+
+// Returns the section of a setting; null if the file does not hold the setting.
+YamlReader* SectionOf(YamlReader& file, std::string_view path) {
+  YamlReader* section = &file;
+  while (section->Has(std::string(path.substr(0, path.find('.'))))) {
+    const std::size_t dot = path.find('.');
+    if (dot == std::string_view::npos) return section;
+    section = &section->Section(std::string(path.substr(0, dot)));
+    path.remove_prefix(dot + 1);
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::string CurrentPath(const std::string& path) {
+  const auto* renamed = std::ranges::find(kRenamed, path, &Renamed::before);
+  return renamed == kRenamed.end() ? path : std::string(renamed->now);
+}
+
+void RefuseFormer(const std::string& path) {
+  for (const GoneSettings& group : kGone) {
+    HIGHWALL_REQUIRE(std::ranges::find(group.settings, path, &Former::path) == group.settings.end(),
+                     WhyGone(path, group.reason));
+  }
+}
+
+void ReadFormerSettings(YamlReader& file,
+                        const std::function<void(YamlReader& section, const std::string& key,
+                                                 const std::string& path)>& read) {
+  for (const Renamed& renamed : kRenamed) {
+    if (YamlReader* const section = SectionOf(file, renamed.before)) {
+      read(*section, NameOf(renamed.before), std::string(renamed.now));
+    }
+  }
+  for (const GoneSettings& group : kGone) {
+    for (const Former& former : group.settings) {
+      YamlReader* const section = SectionOf(file, former.path);
+      if (section == nullptr) continue;
+      const std::string key = NameOf(former.path);
+      std::string value;
+      section->Read(key, &value);
+      if (IsSameValue(value, std::string(former.usual))) continue;
+      section->Refuse(key, WhyGone(former.path, group.reason));
+    }
+  }
+}
+
+}  // namespace highwall::apps
