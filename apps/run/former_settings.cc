@@ -38,6 +38,34 @@ constexpr std::array kReplacedByThreads = {
     Former{"depth_pattern.background", "true"},
 };
 
+// Constants now.
+constexpr std::array kConstants = {
+    Former{"mapper.bundle.point_huber", "2.8"},
+    Former{"mapper.bundle.line_huber", "2.8"},
+    Former{"mapper.bundle.inliers.chi2_1", "3.841"},
+    Former{"mapper.bundle.inliers.chi2_2", "5.991"},
+    Former{"mapper.bundle.inliers.chi2_3", "7.815"},
+    Former{"mapper.bundle.inliers.chi2_4", "9.488"},
+    Former{"mapper.bundle.first_iterations", "5"},
+    Former{"mapper.bundle.second_iterations", "8"},
+    Former{"mapper.bundle.tolerance", "1e-6"},
+    Former{"mapper.bundle.trust_region", "1e4"},
+    Former{"mapper.min_found_ratio", "0.25"},
+    Former{"mapper.probation_keyframes", "3"},
+    Former{"mapper.redundant_share", "0.9"},
+    Former{"mapper.redundant_observers", "2"},
+    Former{"mapper.max_motion_gap", "1"},
+    Former{"mapper.motion_span", "20"},
+    Former{"mapper.max_depth_sigma", "0.03"},
+    Former{"mapper.min_line_length", "0.05"},
+    Former{"mapper.triangulation.keyframes", "10"},
+    Former{"mapper.triangulation.min_views", "3"},
+    Former{"mapper.triangulation.scarce_points", "100"},
+    Former{"mapper.triangulation.max_depth_sigma", "0.1"},
+    Former{"mapper.triangulation.max_hamming", "50"},
+    Former{"mapper.triangulation.ratio", "0.8"},
+};
+
 struct GoneSettings {
   std::span<const Former> settings;
   std::string_view reason;
@@ -45,6 +73,7 @@ struct GoneSettings {
 constexpr std::array kGone = {
     GoneSettings{kReplacedByThreads,
                  "`threads` is for all stages now, and 0 makes them synchronous"},
+    GoneSettings{kConstants, "it is a constant now"},
 };
 
 std::string WhyGone(std::string_view path, std::string_view reason) {

@@ -52,7 +52,7 @@ TEST_F(LocalMapperDepthlessTest, CornersWithoutDepthBecomeLandmarksWhenThreeKeyF
 }
 
 TEST_F(LocalMapperDepthlessTest, SegmentsWithoutDepthBecomeLandmarksWhenThreeKeyFramesSeeThem) {
-  LocalMapper mapper(model, {.triangulation = {.scarce_points = 1000}});
+  LocalMapper mapper(model, {}, true, {.triangulation = {.scarce_points = 1000}});
   std::vector<int> triangulated;
   for (const double x : {0.0, 0.25, 0.5, 0.75}) {
     const LocalMappingReport report = Insert(mapper, LookWithoutDepthOfLines(x), At(x));
@@ -78,7 +78,7 @@ TEST_F(LocalMapperDepthlessTest, SegmentsWithoutDepthBecomeLandmarksWhenThreeKey
 }
 
 TEST_F(LocalMapperDepthlessTest, WithoutTriangulationTheyMakeNone) {
-  LocalMapper mapper(model, {.triangulation = {.keyframes = 0, .scarce_points = 1000}});
+  LocalMapper mapper(model, {}, true, {.triangulation = {.keyframes = 0, .scarce_points = 1000}});
   for (const double x : {0.0, 0.25, 0.5}) {
     SyntheticView view = LookWithoutDepthOfLines(x);
     auto features = std::make_shared<FrameFeatures>(*view.features);

@@ -71,7 +71,7 @@ TEST_F(LocalMapperTest, FirstKeyFrameMakesALandmarkOfEveryFeatureWithDepth) {
 }
 
 TEST_F(LocalMapperTest, CornersOfUncertainDepthMakeNoLandmark) {
-  LocalMapper mapper(model, {.max_depth_sigma = 0.03});
+  LocalMapper mapper(model, {});
   SyntheticView view = Look(scene, IdealSensor(), At(0));
   auto features = std::make_shared<FrameFeatures>(*view.features);
   features->points[4].depth_sigma = 0.029 * features->points[4].depth;
@@ -99,7 +99,7 @@ TEST_F(LocalMapperTest, MasksDynamicObjectsInTheDepthOfAKeyFrame) {
 }
 
 TEST_F(LocalMapperTest, ShortSegmentsMakeNoLandmark) {
-  LocalMapper mapper(model, {.min_line_length = 0.5});
+  LocalMapper mapper(model, {}, true, {.min_line_length = 0.5});
   const SyntheticView view = Look(scene, IdealSensor(), At(0));
   Insert(mapper, view, At(0));
   for (std::size_t i = 0; i < view.lines.size(); ++i) {
@@ -223,7 +223,7 @@ TEST_F(LocalMapperTest, AdjustmentCorrectsThePoseOfTheKeyFrame) {
 }
 
 TEST_F(LocalMapperTest, LandmarksRarelyFoundInViewAreDropped) {
-  LocalMapper mapper(model, {.min_found_ratio = 0.25});
+  LocalMapper mapper(model, {});
   InsertAt(mapper, 0.0);
   const PointId good = map.keyframe(0_kf)->points[0], bad = map.keyframe(0_kf)->points[1];
   const LineId bad_line = map.keyframe(0_kf)->lines[0];
@@ -242,7 +242,7 @@ TEST_F(LocalMapperTest, LandmarksRarelyFoundInViewAreDropped) {
 }
 
 TEST_F(LocalMapperTest, LandmarksSeenByTooFewKeyFramesFailTheirProbation) {
-  LocalMapper mapper(model, {.probation_keyframes = 2, .min_observations = 2});
+  LocalMapper mapper(model, {.min_observations = 2}, true, {.probation_keyframes = 2});
   // Two neighbouring places have little in common: what only the first one sees is not seen again.
   InsertAt(mapper, -0.6);
   EXPECT_EQ(InsertAt(mapper, 0.3).culled_points, 0) << "one keyframe later";
@@ -263,7 +263,7 @@ TEST_F(LocalMapperTest, LandmarksSeenByTooFewKeyFramesFailTheirProbation) {
 }
 
 TEST_F(LocalMapperTest, RedundantKeyFramesGoButNotTheFirstNorTheNewest) {
-  LocalMapper mapper(model, {.redundant_share = 0.9});
+  LocalMapper mapper(model, {});
   std::vector<KeyFrameId> culled;
   for (int i = 0; i < 8; ++i) {
     const auto report = InsertAt(mapper, 0.002 * i);
@@ -284,13 +284,13 @@ TEST_F(LocalMapperTest, RedundantKeyFramesGoButNotTheFirstNorTheNewest) {
 }
 
 TEST_F(LocalMapperTest, CullsAKeyFrameWhosePointsEnoughOthersSee) {
-  const int usual = LocalMapperOptions().redundant_observers;
+  const int usual = LocalMapperParameters().redundant_observers;
   EXPECT_EQ(usual, 2) << "more, and a camera that stays makes the map grow";
   for (const int observers : {usual, 3, 4}) {
     map = Map();
     std::fill(point_ids.begin(), point_ids.end(), kNoId);
     std::fill(line_ids.begin(), line_ids.end(), kNoId);
-    LocalMapper mapper(model, {.redundant_observers = observers});
+    LocalMapper mapper(model, {}, true, {.redundant_observers = observers});
     // Neither the first nor the last keyframe is culled: for one between them, all others are
     // observers.
     for (int i = 0; i <= observers + 1; ++i) {
@@ -339,7 +339,7 @@ TEST_F(LocalMapperTest, LinesAloneMakeAKeyFrameRedundant) {
 TEST_F(LocalMapperTest, KeepsARedundantKeyFrameForAWhileWhereTheImuConstrainsItsNeighbours) {
   // The camera is stationary, with a keyframe every 0.6 s: without one of them there is a gap of
   // 1.2 s.
-  LocalMapper mapper(model, {.max_motion_gap = 1.0, .motion_span = 3.0});
+  LocalMapper mapper(model, {}, true, {.motion_span = 3.0});
   const auto stamp = [](int k) { return Stamp{k} * 600'000'000; };
   for (int k = 0; k < 20; ++k) {
     const SyntheticView view = Look(scene, IdealSensor(), At(0.001 * k));
@@ -389,7 +389,7 @@ TEST_F(LocalMapperTest, KeepsALandmarkOfACulledKeyFrameThatTheNewOneSees) {
 
 TEST_F(LocalMapperTest, LandmarksThatTooFewSeeGoWithARedundantKeyFrame) {
   // Probation is over before any keyframe is redundant.
-  LocalMapper mapper(model, {.probation_keyframes = 1, .min_observations = 2});
+  LocalMapper mapper(model, {.min_observations = 2}, true, {.probation_keyframes = 1});
   int culled = 0;
   for (int i = 0; i < 8; ++i) {
     const auto report = InsertAt(mapper, 0.03 * i);
@@ -475,7 +475,7 @@ TEST_F(LocalMapperTest, DoesNotApplyCancelledWork) {
 TEST_F(LocalMapperTest, WithoutWaitingAnAdjustmentEndsEarlyAndIsApplied) {
   finish_ = false;
   const BundleAdjustmentOptions endless{.first_iterations = 100000, .second_iterations = 100000};
-  LocalMapper mapper(model, {.bundle = endless, .wait = false});
+  LocalMapper mapper(model, {.wait = false}, true, {.bundle = endless});
   for (int i = 0; i < 4; ++i) {
     const SyntheticView view = Look(scene, IdealSensor(), At(0.1 * i), {.px = 0.5});
     Insert(mapper, view, Tracked(view, At(0.1 * i)));

@@ -202,34 +202,10 @@ const Edge kEdges[] = {
     {"refinement.keyframes", {-1}},
     {"refinement.waiting", {0}},
     {"refinement.rounds", {0}},
-    {"mapper.bundle.point_huber", {0}},
-    {"mapper.bundle.line_huber", {-1}},
-    {"mapper.bundle.inliers.chi2_1", {0}},
-    {"mapper.bundle.inliers.chi2_2", {0}},
-    {"mapper.bundle.inliers.chi2_3", {0}},
-    {"mapper.bundle.inliers.chi2_4", {0}},
-    {"mapper.bundle.first_iterations", {0}},
-    {"mapper.bundle.second_iterations", {0}},
-    {"mapper.bundle.tolerance", {-1e-6}},
-    {"mapper.bundle.trust_region", {0, kInfinity}},
     {"mapper.adjusted_keyframes", {1}},
     {"mapper.fixed_keyframes", {0}},
     {"mapper.fused_keyframes", {-1}},
-    {"mapper.min_found_ratio", {-0.1, 1.5}},
-    {"mapper.probation_keyframes", {0}},
     {"mapper.min_observations", {0}},
-    {"mapper.redundant_share", {0, 1.1}},
-    {"mapper.redundant_observers", {0}},
-    {"mapper.max_motion_gap", {0}},
-    {"mapper.motion_span", {-1}},
-    {"mapper.max_depth_sigma", {0}},
-    {"mapper.min_line_length", {0}},
-    {"mapper.triangulation.keyframes", {-1}},
-    {"mapper.triangulation.min_views", {1}},
-    {"mapper.triangulation.scarce_points", {-1}},
-    {"mapper.triangulation.max_depth_sigma", {0}},
-    {"mapper.triangulation.max_hamming", {-1, 257}},
-    {"mapper.triangulation.ratio", {0, 1.1}},
     {"inertial.weighting.fixed_weight", {0}},
     {"inertial.extrinsics_position_sigma", {0}},
     {"inertial.extrinsics_rotation_sigma", {0}},
@@ -360,7 +336,7 @@ std::vector<std::string> Paths() {
 TEST(SlamOptions, TheTableHasTheFieldsOfEveryStructInTheirOrder) {
   Fields in_table;
   AddFieldsInTable(SlamOptions(), &in_table);
-  EXPECT_EQ(in_table.size(), 40u);
+  EXPECT_EQ(in_table.size(), 39u);
   const Fields in_headers = FieldsInHeaders();
   for (const auto& [name, fields] : in_table) {
     ASSERT_EQ(in_headers.count(name), 1u) << name;

@@ -4,9 +4,10 @@
 #include <vector>
 
 #include <highwall/core/line3.h>
-#include <highwall/frontend/local/options.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
+
+#include "local/triangulation_options.h"
 
 namespace highwall {
 

@@ -13,6 +13,10 @@
 namespace highwall {
 namespace {
 
+// Between corners on each other's epipolar line.
+constexpr int kMaxHamming = 50;       // [bit]
+constexpr double kDistinctive = 0.8;  // best against second best on that line
+
 PointView ViewOf(const KeyFrame& keyframe, int index) {
   return {keyframe.T_WC, keyframe.frame.features->points[static_cast<std::size_t>(index)]};
 }
@@ -48,7 +52,7 @@ std::vector<DepthlessPoint> FindDepthlessPoints(const MeasurementModel& model, c
   for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = keyframe.points[i] == kNoId;
   std::vector<Track<PointView>> tracks(wanted.size());
   const EpipolarMatchOptions match{
-      .max_hamming = options.max_hamming, .ratio = options.ratio, .chi2 = inliers.Of(1)};
+      .max_hamming = kMaxHamming, .ratio = kDistinctive, .chi2 = inliers.Of(1)};
   for (const KeyFrameId n : neighbours) {
     const KeyFrame& neighbour = *map.keyframe(n);
     std::vector<bool> free(neighbour.points.size());

@@ -5,9 +5,10 @@
 
 #include <Eigen/Core>
 
-#include <highwall/frontend/local/options.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
+
+#include "local/triangulation_options.h"
 
 namespace highwall {
 

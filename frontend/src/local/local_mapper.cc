@@ -18,6 +18,19 @@
 namespace highwall {
 namespace {
 
+// A landmark is culled if it is matched in a smaller share of the frames that had it in view.
+constexpr double kMinFoundRatio = 0.25;
+// A keyframe is culled if this share of its points, or of its lines if it has no points, is
+// observed by enough others, points at levels up to one coarser. This bounds the map by the area
+// that it covers, however long the camera stays.
+constexpr double kRedundantShare = 0.9;
+// [s] With an IMU a recent keyframe is kept if its neighbours in time would be left farther apart
+// than this, since a shorter IMU factor is more accurate. An older one is culled, and the IMU
+// factor with it.
+constexpr double kMaxMotionGap = 1.0;
+// Relative to its depth: a less certain corner creates no landmark.
+constexpr double kMaxDepthSigma = 0.03;
+
 // Returns whether without `keyframe` the IMU factor of its successor `next` would span more than
 // max_gap [s] or be missing.
 bool LeavesGap(const KeyFrame& keyframe, const KeyFrame* next, double max_gap) {
@@ -67,9 +80,10 @@ class LocalMapper::Adjustment {
 };
 
 LocalMapper::LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options,
-                         bool background)
+                         bool background, const LocalMapperParameters& parameters)
     : model_(model),
       options_(options),
+      parameters_(parameters),
       background_(background),
       matcher_(model),
       corners_(model.camera()) {
@@ -105,7 +119,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   CreatePoints(keyframe, map, report);
   TriangulatePoints(keyframe, map, report);
   CreateLines(keyframe, map, report);
-  if (tracked.num_points < options_.triangulation.scarce_points) {
+  if (tracked.num_points < parameters_.triangulation.scarce_points) {
     TriangulateLines(keyframe, map, report);
   }
   if (image) corners_.Remember(keyframe, *image, &map);
@@ -148,7 +162,7 @@ void LocalMapper::CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport&
   const auto& features = keyframe.frame.features->points;
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (keyframe.points[i] != kNoId) continue;
-    if (!HasSoundDepth(features[i], options_.max_depth_sigma)) continue;
+    if (!HasSoundDepth(features[i], kMaxDepthSigma)) continue;
     const Eigen::Vector3d p_C = model_.camera().Unproject(features[i].uv, features[i].depth);
     const MapPoint& point = map.Add<MapPoint>(keyframe.T_WC * p_C, keyframe.frame.index);
     map.Observe(keyframe.id, static_cast<int>(i), point.id);
@@ -160,9 +174,10 @@ void LocalMapper::CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport&
 void LocalMapper::TriangulatePoints(const KeyFrame& keyframe, Map& map,
                                     LocalMappingReport& report) {
   const auto neighbours =
-      Neighbours(map, keyframe.id, kSharedToSearch, options_.triangulation.keyframes);
-  for (const DepthlessPoint& found : FindDepthlessPoints(
-           model_, map, keyframe.id, neighbours, options_.triangulation, options_.bundle.inliers)) {
+      Neighbours(map, keyframe.id, kSharedToSearch, parameters_.triangulation.keyframes);
+  for (const DepthlessPoint& found :
+       FindDepthlessPoints(model_, map, keyframe.id, neighbours, parameters_.triangulation,
+                           parameters_.bundle.inliers)) {
     const MapPoint& point = map.Add<MapPoint>(found.p_W, keyframe.frame.index);
     for (const Observation& o : found.observations) {
       map.Observe(o.keyframe, o.index, point.id);
@@ -178,7 +193,7 @@ void LocalMapper::CreateLines(const KeyFrame& keyframe, Map& map, LocalMappingRe
     if (keyframe.lines[i] != kNoId || !features.lines[i].segment_C) continue;
     const SegmentDepth& fit = *features.lines[i].segment_C;
     const Segment3 segment_C(fit.p_C, fit.q_C);
-    if (segment_C.Length() < options_.min_line_length) continue;
+    if (segment_C.Length() < parameters_.min_line_length) continue;
     const int index = static_cast<int>(i);
     map.Observe(keyframe.id, index, AddLine(keyframe, index, keyframe.T_WC * segment_C, map));
     ++report.new_lines;
@@ -187,10 +202,11 @@ void LocalMapper::CreateLines(const KeyFrame& keyframe, Map& map, LocalMappingRe
 
 void LocalMapper::TriangulateLines(const KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
   const auto neighbours =
-      Neighbours(map, keyframe.id, kSharedToSearch, options_.triangulation.keyframes);
-  for (const DepthlessLine& found : FindDepthlessLines(
-           model_, map, keyframe.id, neighbours, options_.triangulation, options_.bundle.inliers)) {
-    if (found.segment_W.Length() < options_.min_line_length) continue;
+      Neighbours(map, keyframe.id, kSharedToSearch, parameters_.triangulation.keyframes);
+  for (const DepthlessLine& found :
+       FindDepthlessLines(model_, map, keyframe.id, neighbours, parameters_.triangulation,
+                          parameters_.bundle.inliers)) {
+    if (found.segment_W.Length() < parameters_.min_line_length) continue;
     const LineId line = AddLine(keyframe, found.observations.front().index, found.segment_W, map);
     for (const Observation& o : found.observations) map.Observe(o.keyframe, o.index, line);
     ++report.triangulated_lines;
@@ -215,15 +231,16 @@ void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& re
   const MapFusion fusion = FuseLandmarks(
       id, map.SeenBy<MapPoint>(neighbours, keyframe.points),
       map.SeenBy<MapLine>(neighbours, keyframe.lines), matcher_,
-      {.inliers = options_.bundle.inliers, .keep_more_observed = true, .merge_lines = false}, &map);
+      {.inliers = parameters_.bundle.inliers, .keep_more_observed = true, .merge_lines = false},
+      &map);
   report.fused_points += static_cast<int>(fusion.points.size());
 }
 
 template <class Landmark>
 bool LocalMapper::Fails(const Landmark& landmark, KeyFrameId created, KeyFrameId newest) const {
   const double ratio = static_cast<double>(landmark.found) / landmark.visible;
-  if (ratio < options_.min_found_ratio) return true;
-  return Between(created, newest) >= options_.probation_keyframes &&
+  if (ratio < kMinFoundRatio) return true;
+  return Between(created, newest) >= parameters_.probation_keyframes &&
          static_cast<int>(landmark.observations.size()) < options_.min_observations;
 }
 
@@ -236,7 +253,7 @@ void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport&
       ++report.culled_points;
       return true;
     }
-    return Between(recent.second, newest) >= options_.probation_keyframes;
+    return Between(recent.second, newest) >= parameters_.probation_keyframes;
   });
   std::erase_if(recent_lines_, [&](const auto& recent) {
     const MapLine* line = map.Find(recent.first);
@@ -246,7 +263,7 @@ void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport&
       ++report.culled_lines;
       return true;
     }
-    return Between(recent.second, newest) >= options_.probation_keyframes;
+    return Between(recent.second, newest) >= parameters_.probation_keyframes;
   });
 }
 
@@ -280,7 +297,7 @@ void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
   }
   adjustment_ = std::make_unique<Adjustment>(
       *map.keyframe(id),
-      std::make_unique<BundleAdjuster>(map, model_, free, fixed, options_.bundle), background_);
+      std::make_unique<BundleAdjuster>(map, model_, free, fixed, parameters_.bundle), background_);
 }
 
 void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {
@@ -293,11 +310,11 @@ LocalMapper::Landmarks LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& 
   Landmarks left;
   const auto neighbours = map.Covisible(newest_, kSharedByPlace);
   if (neighbours.empty()) return left;
-  const Stamp recent = map.keyframe(newest_)->frame.stamp - FromSeconds(options_.motion_span);
+  const Stamp recent = map.keyframe(newest_)->frame.stamp - FromSeconds(parameters_.motion_span);
   for (const auto& [id, shared] : neighbours) {
     KeyFrame& keyframe = *map.keyframe(id);
     if (map.IsOrigin(id) || !IsRedundant(keyframe, map)) continue;
-    if (LeavesGap(keyframe, map.Successor(id), options_.max_motion_gap)) {
+    if (LeavesGap(keyframe, map.Successor(id), kMaxMotionGap)) {
       if (keyframe.frame.stamp >= recent) continue;
       keyframe.motion->previous = kNoId;
       keyframe.motion->from_previous = nullptr;
@@ -324,18 +341,18 @@ bool LocalMapper::IsRedundant(const KeyFrame& keyframe, const Map& map) const {
                          ->frame.features->points[static_cast<std::size_t>(o.index)]
                          .octave <= octave + 1;
         });
-    if (others >= options_.redundant_observers) ++redundant_points;
+    if (others >= parameters_.redundant_observers) ++redundant_points;
   }
   for (const LineId id : keyframe.lines) {
     const MapLine* line = map.Find(id);
     if (line == nullptr) continue;
     ++lines;
     const int others = static_cast<int>(line->observations.size()) - 1;
-    if (others >= 2 * options_.redundant_observers) ++redundant_lines;
+    if (others >= 2 * parameters_.redundant_observers) ++redundant_lines;
   }
   const auto [all, redundant] =
       points > 0 ? std::pair(points, redundant_points) : std::pair(lines, redundant_lines);
-  return all > 0 && redundant >= options_.redundant_share * all;
+  return all > 0 && redundant >= kRedundantShare * all;
 }
 
 void LocalMapper::CullUnseen(const Landmarks& landmarks, Map& map) const {

@@ -14,11 +14,25 @@
 #include <highwall/frontend/map/measurement_model.h>
 
 #include "local/corner_refiner.h"
+#include "local/triangulation_options.h"
 #include "map/map_matcher.h"
 #include "map/map_stage.h"
 #include "tracking/tracked_frame.h"
 
 namespace highwall {
+
+// Parameters of LocalMapper that are no options of a user.
+struct LocalMapperParameters {
+  BundleAdjustmentOptions bundle{};
+  TriangulationOptions triangulation{};
+  // >= 1: keyframes created until a new landmark must have LocalMapperOptions::min_observations.
+  int probation_keyframes = 3;
+  // >= 1: keyframes that must observe a landmark for it not to need one more; for a line twice as
+  // many, since lines are matched less often.
+  int redundant_observers = 2;
+  double motion_span = 20.0;      // [s] >= 0: age up to which IMU factors stay short
+  double min_line_length = 0.05;  // [m] > 0: shorter segments create no landmark
+};
 
 // Extends and cleans the map, one keyframe at a time: landmarks from depth, fusion with those of
 // neighbouring keyframes, culling, local bundle adjustment. (Xiao et al. 2025, figure 2, local
@@ -29,7 +43,7 @@ class LocalMapper final : public MapStage {
   // applied between frames; otherwise before InsertKeyFrame() returns, and the same input gives the
   // same map.
   LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options,
-              bool background = true);
+              bool background = true, const LocalMapperParameters& parameters = {});
   // Cancels an adjustment that still runs.
   ~LocalMapper() override;
   LocalMapper(const LocalMapper&) = delete;
@@ -83,6 +97,7 @@ class LocalMapper final : public MapStage {
 
   const MeasurementModel& model_;
   LocalMapperOptions options_;
+  LocalMapperParameters parameters_;
   const bool background_;
   MapMatcher matcher_;
   CornerRefiner corners_;

@@ -8,10 +8,6 @@ void BundleAdjustmentOptions::Validate() const {
   RequireInRange(*this, "BundleAdjustmentOptions");
 }
 
-void TriangulationOptions::Validate() const {
-  RequireInRange(*this, "TriangulationOptions");
-}
-
 void LocalMapperOptions::Validate() const {
   RequireInRange(*this, "LocalMapperOptions");
 }
