@@ -64,6 +64,22 @@ constexpr std::array kConstants = {
     Former{"mapper.triangulation.max_depth_sigma", "0.1"},
     Former{"mapper.triangulation.max_hamming", "50"},
     Former{"mapper.triangulation.ratio", "0.8"},
+    Former{"loops.graph.step_translation", "0.005"},
+    Former{"loops.graph.step_rotation", "0.003"},
+    Former{"loops.detector.candidates", "3"},
+    Former{"loops.correction.fused_keyframes", "12"},
+    Former{"loops.bundle.point_huber", "2.8"},
+    Former{"loops.bundle.line_huber", "2.8"},
+    Former{"loops.bundle.inliers.chi2_1", "3.841"},
+    Former{"loops.bundle.inliers.chi2_2", "5.991"},
+    Former{"loops.bundle.inliers.chi2_3", "7.815"},
+    Former{"loops.bundle.inliers.chi2_4", "9.488"},
+    Former{"loops.bundle.first_iterations", "4"},
+    Former{"loops.bundle.second_iterations", "4"},
+    Former{"loops.bundle.tolerance", "1e-4"},
+    Former{"loops.bundle.trust_region", "1e8"},
+    Former{"depth_pattern.first", "12"},
+    Former{"depth_pattern.most", "60"},
 };
 
 struct GoneSettings {

@@ -12,6 +12,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/features/make_point_extractor.h>
 #include <highwall/frontend/input/frame_reader.h>
+#include <highwall/frontend/local/global_adjustment.h>
 #include <highwall/frontend/map/feature_type_mismatch.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/internal/stopwatch.h>
@@ -278,7 +279,7 @@ std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
   if (!map.gravity_W()) return std::nullopt;
   const MeasurementModel model = ModelOf(map, sensor, options, run);
   const std::optional<DepthScale> scale =
-      EstimateDepthScale(AdjustedWithoutImu(map, model, options.slam.loops.bundle), model.T_BC());
+      EstimateDepthScale(AdjustedWithoutImu(map, model, kGlobalAdjustment), model.T_BC());
   return scale && scale->sigma <= kMaxScaleSigma ? scale : std::nullopt;
 }
 

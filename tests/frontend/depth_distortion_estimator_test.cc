@@ -245,11 +245,5 @@ TEST(DepthDistortionEstimator, AMapWithoutDepthGivesNoPattern) {
   EXPECT_FALSE(finder.Finish(&walk.map));
 }
 
-TEST(DepthPatternOptions, AreValidated) {
-  EXPECT_NO_THROW(DepthPatternOptions().Validate());
-  EXPECT_THROW(DepthPatternOptions{.first = 2}.Validate(), InvalidArgument);
-  EXPECT_THROW(DepthPatternOptions{.most = 2}.Validate(), InvalidArgument);
-}
-
 }  // namespace
 }  // namespace highwall::depth_distortion_estimator_test

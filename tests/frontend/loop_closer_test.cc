@@ -151,9 +151,9 @@ TEST(LoopCloser, InTheBackgroundTheMapGrowsAndNewerKeyFramesAreCorrected) {
 
 TEST(LoopCloser, ANewerLoopDoesNotWaitForTheAdjustmentAfterAnOlderOne) {
   LoopScene scene(kDrifting);
-  LoopCloserOptions options;
-  options.bundle.first_iterations = options.bundle.second_iterations = 1000;
-  LoopCloser closer(scene.model, options, 1);
+  BundleAdjustmentOptions bundle = kGlobalAdjustment;
+  bundle.first_iterations = bundle.second_iterations = 1000;
+  LoopCloser closer(scene.model, {}, 1, bundle);
   std::size_t corrections = 0, adjustments = 0;
   const auto count = [&](const std::vector<LoopReport>& reports) {
     for (const LoopReport& report : reports) ++(report.bundle ? adjustments : corrections);

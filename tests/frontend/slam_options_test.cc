@@ -1,7 +1,10 @@
-// Every field of SlamOptions: a value outside of its range is refused by name, by SlamOptions and
-// by the component that uses it, so that none is missed on the way; and Deterministic() changes
-// only the threads. (shared_options_test.cc shows that shared options reach every stage.)
+// Every field of SlamOptions, and of the options of public functions: a value outside of its range
+// is refused by name, by SlamOptions and by the component that uses it, so that none is missed on
+// the way; and Deterministic() changes only the threads. (shared_options_test.cc shows that shared
+// options reach every stage.)
 #include <highwall/frontend/inertial/inertial_odometry.h>
+#include <highwall/frontend/local/bundle_adjustment.h>
+#include <highwall/frontend/local/option_table.h>
 #include <highwall/frontend/map/measurement_model.h>
 #include <highwall/frontend/system/option_table.h>
 
@@ -17,6 +20,7 @@
 #include <memory>
 #include <regex>
 #include <set>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <typeinfo>
@@ -234,43 +238,51 @@ const Edge kEdges[] = {
     {"inertial.max_dead_reckoning", {0}},
     {"loops.graph.drift_translation", {0}},
     {"loops.graph.drift_rotation", {0}},
-    {"loops.graph.step_translation", {0}},
-    {"loops.graph.step_rotation", {0}},
     {"loops.graph.drift_bias", {-1}},
     {"loops.graph.loop_translation", {0}},
     {"loops.graph.loop_rotation", {0}},
     {"loops.graph.max_loop_chi2", {0}},
     {"loops.graph.min_shared", {0}},
     {"loops.graph.neighbours", {-1}},
-    {"loops.detector.candidates", {0}},
     {"loops.detector.consistency", {0}},
     {"loops.detector.min_support", {5}},
     {"loops.detector.min_found", {-0.1, 1.1}},
     {"loops.detector.min_match_ratio_across_submaps", {-0.1, 1.1}},
     {"loops.detector.decisive_ratio", {0.9}},
-    {"loops.correction.fused_keyframes", {-1}},
-    {"loops.bundle.point_huber", {0}},
-    {"loops.bundle.line_huber", {0}},
-    {"loops.bundle.inliers.chi2_1", {0}},
-    {"loops.bundle.inliers.chi2_2", {0}},
-    {"loops.bundle.inliers.chi2_3", {0}},
-    {"loops.bundle.inliers.chi2_4", {0}},
-    {"loops.bundle.first_iterations", {0}},
-    {"loops.bundle.second_iterations", {0}},
-    {"loops.bundle.tolerance", {-1e-6}},
-    {"loops.bundle.trust_region", {0, kInfinity}},
     {"factors.every", {0}},
     {"factors.share", {-0.1}},
     {"factors.max_angle", {0}},
     {"factors.max_gap", {0}},
-    {"depth_pattern.first", {2}},
-    {"depth_pattern.most", {2}},
     {"submaps.lost_timeout", {-0.1}},
     {"threads", {-1, 257}},
 };
 
+// Options of public functions that are no options of SlamSystem.
+struct Toolbox {
+  BundleAdjustmentOptions bundle{};
+};
+
+void ForEachOption(OptionsOf<Toolbox> auto& options, const auto& visit) {
+  visit("bundle", options.bundle);
+}
+
+const Edge kToolboxEdges[] = {
+    {"bundle.point_huber", {0}},      {"bundle.line_huber", {-1}},
+    {"bundle.inliers.chi2_1", {0}},   {"bundle.inliers.chi2_2", {0}},
+    {"bundle.inliers.chi2_3", {0}},   {"bundle.inliers.chi2_4", {0}},
+    {"bundle.first_iterations", {0}}, {"bundle.second_iterations", {0}},
+    {"bundle.tolerance", {-1e-6}},    {"bundle.trust_region", {0, kInfinity}},
+};
+
+// Calls a function with its part of the options.
+void Use(const std::string& part, const Toolbox& options) {
+  const MeasurementModel model(RgbdSensor(), {});
+  Map map;
+  if (part == "bundle") AdjustBundle(map, model, {}, {}, options.bundle);
+}
+
 // Creates a component of SlamSystem with its part of the options.
-void MakeUserOf(const std::string& part, const SlamOptions& options) {
+void Use(const std::string& part, const SlamOptions& options) {
   const RgbdSensor sensor;
   if (part == "frame") FrameBuilder(sensor, options.frame);
   const MeasurementModel model(sensor, options.measurement, Pose(), options.frame.orb.pyramid);
@@ -285,7 +297,7 @@ void MakeUserOf(const std::string& part, const SlamOptions& options) {
   if (part == "loops") LoopCloser(model, options.loops);
   if (part == "factors") FactorAdjuster(options.factors, options.loops.graph);
   if (part == "depth_pattern") {
-    DepthDistortionEstimator(sensor.camera, options.depth_pattern, options.loops.bundle);
+    DepthDistortionEstimator(sensor.camera, options.depth_pattern, {});
   }
   if (part == "submaps") options.submaps.Validate();
   if (part == "threads") options.Validate();
@@ -336,7 +348,8 @@ std::vector<std::string> Paths() {
 TEST(SlamOptions, TheTableHasTheFieldsOfEveryStructInTheirOrder) {
   Fields in_table;
   AddFieldsInTable(SlamOptions(), &in_table);
-  EXPECT_EQ(in_table.size(), 39u);
+  EXPECT_EQ(in_table.size(), 38u);
+  AddFieldsInTable(BundleAdjustmentOptions(), &in_table);
   const Fields in_headers = FieldsInHeaders();
   for (const auto& [name, fields] : in_table) {
     ASSERT_EQ(in_headers.count(name), 1u) << name;
@@ -344,19 +357,22 @@ TEST(SlamOptions, TheTableHasTheFieldsOfEveryStructInTheirOrder) {
   }
 }
 
-TEST(SlamOptions, EachIsRefusedByNameWhereverItGoes) {
-  EXPECT_NO_THROW(SlamOptions().Validate());
+// Expects that the part of the options that has a field refuses values outside of its range.
+template <class Options>
+void ExpectRefused(std::span<const Edge> edges) {
   const auto expect_refused = [](const std::string& target, const auto& set) {
-    SlamOptions options;
+    Options options;
     VisitLeaves(options, [&](const std::string& path, auto& field) {
       if (path == target) set(field);
     });
     const std::string name = "::" + target.substr(target.rfind('.') + 1);
-    testing::ExpectError(name, [&] { SlamSystem({}, options); });
+    if constexpr (std::is_same_v<Options, SlamOptions>) {
+      testing::ExpectError(name, [&] { SlamSystem({}, options); });
+    }
     const std::string part = target.substr(0, target.find('.'));
-    testing::ExpectError(name, [&] { MakeUserOf(part, options); });
+    testing::ExpectError(name, [&] { Use(part, options); });
   };
-  for (const Edge& edge : kEdges) {
+  for (const Edge& edge : edges) {
     SCOPED_TRACE(edge.field);
     for (const double value : edge.outside) {
       expect_refused(edge.field, [&](auto& field) {
@@ -367,14 +383,30 @@ TEST(SlamOptions, EachIsRefusedByNameWhereverItGoes) {
   }
 }
 
-TEST(SlamOptions, NoneThatHasARangeIsMissing) {
-  SlamOptions options;
+// Expects that the fields that have a range are those of the edges, in this order.
+template <class Options>
+void ExpectComplete(std::span<const Edge> edges) {
+  Options options;
   std::vector<std::string> ranged, known;
   VisitLeaves(options, [&](const std::string& path, auto& field) {
     if (Spoil(field)) ranged.push_back(path);
   });
-  for (const Edge& edge : kEdges) known.push_back(edge.field);
+  for (const Edge& edge : edges) known.push_back(edge.field);
   EXPECT_EQ(known, ranged);
+}
+
+TEST(SlamOptions, EachIsRefusedByNameWhereverItGoes) {
+  EXPECT_NO_THROW(SlamOptions().Validate());
+  ExpectRefused<SlamOptions>(kEdges);
+}
+
+TEST(SlamOptions, NoneThatHasARangeIsMissing) {
+  ExpectComplete<SlamOptions>(kEdges);
+}
+
+TEST(ToolboxOptions, EachIsRefusedByNameAndNoneIsMissing) {
+  ExpectRefused<Toolbox>(kToolboxEdges);
+  ExpectComplete<Toolbox>(kToolboxEdges);
 }
 
 TEST(SlamOptions, DeterministicChangesThreadsAlone) {

@@ -17,8 +17,10 @@
 namespace highwall {
 namespace {
 
-constexpr double kGrowth = 1.4;  // growth in keyframes before the next search
-constexpr double kBeyond = 3.0;  // standard deviations of a significant pattern
+constexpr std::size_t kFirst = 12;  // keyframes of a world at the first estimate
+constexpr int kMost = 60;           // maximum number of keyframes used, the newest ones
+constexpr double kGrowth = 1.4;     // growth in keyframes before the next search
+constexpr double kBeyond = 3.0;     // standard deviations of a significant pattern
 // Ratio of sigmas that justifies moving the map for a new pattern. Growth of keyframes by two
 // fifths gives 0.85.
 constexpr double kBetter = 0.9;
@@ -51,7 +53,6 @@ class DepthDistortionEstimator::Job {
         submap_(submap),
         given_(given),
         camera_(finder.camera_),
-        options_(finder.options_),
         bundle_(finder.bundle_),
         known_sigma_(finder.sigma_),
         solver_threads_(std::max(1, finder.threads_)),
@@ -85,8 +86,7 @@ class DepthDistortionEstimator::Job {
   // of a known one need not be, but is only used if it is much more accurate by now.
   std::optional<DepthPattern> Find() {
     std::vector<KeyFrameId> ids = MadeIn(map_, submap_, given_);
-    const auto most = static_cast<std::size_t>(options_.most);
-    if (ids.size() > most) ids.erase(ids.begin(), ids.end() - options_.most);
+    if (ids.size() > std::size_t{kMost}) ids.erase(ids.begin(), ids.end() - kMost);
     try {
       const CameraCalibration found =
           CalibrateCamera(map_, model_, ids, {.intrinsics = false, .pattern_of = camera_});
@@ -114,7 +114,6 @@ class DepthDistortionEstimator::Job {
   const SubmapId submap_;
   const KeyFrameId given_;
   const PinholeCamera camera_;
-  const DepthPatternOptions options_;
   const BundleAdjustmentOptions bundle_;
   const std::optional<double> known_sigma_;  // [1/m] of the known pattern, RMS
   const int solver_threads_;
@@ -132,7 +131,7 @@ DepthDistortionEstimator::DepthDistortionEstimator(const PinholeCamera& camera,
       options_((options.Validate(), options)),
       bundle_(bundle),
       threads_(threads),
-      next_(static_cast<std::size_t>(options.first)) {}
+      next_(kFirst) {}
 
 DepthDistortionEstimator::~DepthDistortionEstimator() = default;
 

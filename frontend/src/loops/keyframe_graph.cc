@@ -23,6 +23,10 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
+// Standard deviations per step between two keyframes, in addition to the drift.
+constexpr double kStepTranslation = 0.005;  // [m]
+constexpr double kStepRotation = 0.003;     // [rad]
+
 Matrix6 Information(double sigma_translation, double sigma_rotation) {
   Vector6 variances;
   variances << Eigen::Vector3d::Constant(sigma_translation * sigma_translation),
@@ -38,8 +42,8 @@ PoseGraphEdge PresentEdge(const PoseGraph& graph, std::size_t i, std::size_t j,
   const Pose Z = graph.nodes[i].pose.Inverse() * graph.nodes[j].pose;
   const auto steps = static_cast<double>(j - i);
   return {graph.nodes[i].id, graph.nodes[j].id, Z,
-          Information(steps * options.step_translation + options.drift_translation * Z.p().norm(),
-                      steps * options.step_rotation + options.drift_rotation * Z.Angle()),
+          Information(steps * kStepTranslation + options.drift_translation * Z.p().norm(),
+                      steps * kStepRotation + options.drift_rotation * Z.Angle()),
           /*trusted=*/true};
 }
 

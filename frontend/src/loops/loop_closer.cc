@@ -21,13 +21,14 @@ struct LoopCloser::Result {
 class LoopCloser::Job {
  public:
   Job(Map map, Loop loop, std::vector<LoopEdge> old_loops, const MeasurementModel& model,
-      const LoopCloserOptions& options, int threads)
+      const LoopCloserOptions& options, const BundleAdjustmentOptions& bundle, int threads)
       : map_(std::move(map)),
         loop_(std::move(loop)),
         submap_(map_.keyframe(loop_.edge.keyframe)->submap),
         old_loops_(std::move(old_loops)),
         model_(model),
         options_(options),
+        bundle_(bundle),
         solver_threads_(std::max(1, threads)),
         task_(threads > 0, [this](const std::stop_token& stop) { Run(stop); }) {}
 
@@ -77,8 +78,7 @@ class LoopCloser::Job {
     Put(std::move(result));
     if (!closed.accepted || !options_.adjust || stop.stop_requested()) return;
 
-    BundleAdjuster adjuster(map_, model_, map_.KeyFramesOf(submap_), {}, options_.bundle,
-                            solver_threads_);
+    BundleAdjuster adjuster(map_, model_, map_.KeyFramesOf(submap_), {}, bundle_, solver_threads_);
     adjuster.Solve(stop);
     if (stop.stop_requested()) return;
     const BundleAdjustmentReport bundle = adjuster.Write(&map_);
@@ -106,6 +106,7 @@ class LoopCloser::Job {
   const std::vector<LoopEdge> old_loops_;
   const MeasurementModel model_;  // a copy: T_BC may be re-estimated while this runs
   const LoopCloserOptions options_;
+  const BundleAdjustmentOptions bundle_;
   const int solver_threads_;
   bool corrected_taken_ = false;
   mutable std::mutex mutex_;
@@ -113,9 +114,11 @@ class LoopCloser::Job {
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
-LoopCloser::LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options, int threads)
+LoopCloser::LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options, int threads,
+                       const BundleAdjustmentOptions& bundle)
     : model_(model),
       options_((options.Validate(), options)),
+      bundle_(bundle),
       threads_(threads),
       detector_(model, options.detector, options.graph) {}
 
@@ -129,8 +132,8 @@ bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe,
   if (!loop) return false;
   Drop();  // the adjustment after an older loop
   if (prepare) prepare();
-  job_.Put(
-      std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, options_, threads_));
+  job_.Put(std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, options_, bundle_,
+                                 threads_));
   return true;
 }
 

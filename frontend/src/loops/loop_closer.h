@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <highwall/frontend/local/bundle_adjustment.h>
+#include <highwall/frontend/local/global_adjustment.h>
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/map_report.h>
@@ -25,9 +26,10 @@ namespace highwall {
 class LoopCloser final : public MapStage {
  public:
   // model: must outlive the closer. threads: of the solvers, on a thread of its own; 0: computes
-  // before InsertKeyFrame() returns, and the same input gives the same map.
+  // before InsertKeyFrame() returns, and the same input gives the same map. bundle: options of the
+  // adjustment after a loop.
   explicit LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options = {},
-                      int threads = 2);
+                      int threads = 2, const BundleAdjustmentOptions& bundle = kGlobalAdjustment);
   // Cancels work that has not ended.
   ~LoopCloser() override;
   LoopCloser(const LoopCloser&) = delete;
@@ -69,6 +71,7 @@ class LoopCloser final : public MapStage {
 
   const MeasurementModel& model_;
   LoopCloserOptions options_;
+  const BundleAdjustmentOptions bundle_;
   const int threads_;
   LoopDetector detector_;
   std::vector<LoopEdge> loops_;

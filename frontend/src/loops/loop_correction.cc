@@ -14,11 +14,13 @@
 namespace highwall {
 namespace {
 
+constexpr int kFusedKeyframes = 12;  // neighbours on either side of the loop
+
 // Fuses landmarks common to both sides of the loop; the older side's landmarks stay.
-MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, int neighbours, Map* map) {
+MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, Map* map) {
   // Determined before the fusion: afterwards each side is the other's neighbour.
-  const auto older = WithNeighbours(*map, loop.edge.match, kSharedByPlace, neighbours);
-  const auto newer = WithNeighbours(*map, loop.edge.keyframe, kSharedByPlace, neighbours);
+  const auto older = WithNeighbours(*map, loop.edge.match, kSharedByPlace, kFusedKeyframes);
+  const auto newer = WithNeighbours(*map, loop.edge.keyframe, kSharedByPlace, kFusedKeyframes);
   // The matches of the loop detection.
   MapFusion all = FusionOf(*map->keyframe(loop.edge.keyframe), loop.points, loop.lines);
   Apply(all, map);
@@ -99,7 +101,7 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
   result.pose_graph_ms = watch.Milliseconds();
 
   const Stopwatch fusion_watch;
-  result.fusion = FuseSides(loop, MapMatcher(model), options.fused_keyframes, map);
+  result.fusion = FuseSides(loop, MapMatcher(model), map);
   result.fusion_ms = fusion_watch.Milliseconds();
   result.accepted = true;
   return result;

@@ -17,6 +17,7 @@ namespace {
 
 constexpr double kMinScore = 0.01;    // of the index
 constexpr double kScoreShare = 0.25;  // of the score of the best neighbour in the map
+constexpr int kCandidates = 3;        // keyframes examined, most similar first
 constexpr RelocalizerOptions kVerification{.min_inliers = 20, .ransac_iterations = 300};
 constexpr int kPlaceKeyFrames = 10;  // neighbours of the candidate whose landmarks are searched
 // Maximum share of contradicting depth in a merge of two submaps.
@@ -199,7 +200,7 @@ LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId
     if (place.score < bound) break;
     if (place.keyframe >= id || connected[place.keyframe.index()]) continue;
     auto& of = map.RootOf(place.keyframe) == world ? candidates.loops : candidates.merges;
-    if (static_cast<int>(of.size()) < options_.candidates) of.push_back(place.keyframe);
+    if (static_cast<int>(of.size()) < kCandidates) of.push_back(place.keyframe);
   }
   return candidates;
 }

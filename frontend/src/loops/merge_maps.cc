@@ -1,5 +1,6 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/local/bundle_adjustment.h>
+#include <highwall/frontend/local/global_adjustment.h>
 #include <highwall/frontend/loops/merge_maps.h>
 #include <highwall/frontend/map/feature_type_mismatch.h>
 #include <highwall/frontend/map/measurement_model.h>
@@ -84,7 +85,7 @@ class MapMerger {
   // A failed solve leaves everything unchanged.
   void Adjust(SubmapId world) {
     if (!options_.adjust) return;
-    AdjustBundle(merged_.map, model_, merged_.map.KeyFramesOf(world), {}, options_.bundle);
+    AdjustBundle(merged_.map, model_, merged_.map.KeyFramesOf(world), {}, kGlobalAdjustment);
   }
 
   const MeasurementModel& model_;

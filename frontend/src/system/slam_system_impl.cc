@@ -12,6 +12,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/features/depth_correction.h>
+#include <highwall/frontend/local/global_adjustment.h>
 #include <highwall/frontend/map/feature_type_mismatch.h>
 #include <highwall/frontend/map/seen_landmarks.h>
 #include <highwall/internal/stopwatch.h>
@@ -46,7 +47,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       mapper_(model_, options.mapper, options.threads > 0),
       loop_closer_(model_, options.loops, options.threads),
       factor_adjuster_(options.factors, options.loops.graph, options.threads),
-      depth_pattern_(sensor.camera, options.depth_pattern, options.loops.bundle, options.threads),
+      depth_pattern_(sensor.camera, options.depth_pattern, kGlobalAdjustment, options.threads),
       worker_(mapper_, {&loop_closer_, &factor_adjuster_, &depth_pattern_}),
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),
       map_(std::move(map)),
@@ -534,7 +535,7 @@ BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
     for (const SubmapId root : map_.roots()) {
       worker_.Drop(map_, root);
       const BundleAdjustmentReport adjusted =
-          AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, options_.loops.bundle, {},
+          AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, kGlobalAdjustment, {},
                        std::max(1, options_.threads));
       if (root == map_.Root(submap_)) report = adjusted;
       moved |= adjusted.usable;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <highwall/core/pose_graph.h>
-#include <highwall/frontend/local/options.h>
 #include <highwall/frontend/map/options.h>
 #include <highwall/frontend/tracking/options.h>
 
@@ -11,10 +10,8 @@ namespace [[gnu::visibility("default")]] highwall {
 struct KeyFrameGraphOptions {
   double drift_translation = 0.05;  // > 0: share of the distance between two keyframes
   double drift_rotation = 0.05;     // > 0: share of the angle between them
-  double step_translation = 0.005;  // [m] > 0: in addition, per step between them
-  double step_rotation = 0.003;     // [rad] > 0
-  // >= 0: share of the above that is the same in every step (a bias), so that the variance over n
-  // steps is 1 + n drift_bias^2 times that of steps with independent errors.
+  // >= 0: share of the errors of a step that is the same in every step (a bias), so that the
+  // variance over n steps is 1 + n drift_bias^2 times that of steps with independent errors.
   double drift_bias = 0.05;
   double loop_translation = 0.02;  // [m] > 0: of a loop closure
   double loop_rotation = 0.01;     // [rad] > 0
@@ -33,7 +30,6 @@ struct KeyFrameGraphOptions {
 
 // Criteria by which LoopDetector recognizes a place that was seen before.
 struct LoopDetectorOptions {
-  int candidates = 3;   // >= 1: keyframes examined, most similar first
   int consistency = 3;  // >= 1: consecutive keyframes that propose one place before it is verified
   // >= 6: inlier points plus twice the inlier lines, after the search by projection
   int min_support = 50;
@@ -55,8 +51,6 @@ struct LoopDetectorOptions {
 // Options of the map correction after a loop closure.
 struct LoopCorrectionOptions {
   RobustLoops robust = RobustLoops::kGnc;
-  // >= 0: neighbours on either side of the loop whose landmarks are fused
-  int fused_keyframes = 12;
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -69,9 +63,6 @@ struct LoopCloserOptions {
   LoopDetectorOptions detector{};
   LoopCorrectionOptions correction{};
   bool adjust = true;  // run global bundle adjustment after a loop closure
-  // Few steps: the pose graph has brought the map near the optimum, and local adjustments continue.
-  BundleAdjustmentOptions bundle{
-      .first_iterations = 4, .second_iterations = 4, .tolerance = 1e-4, .trust_region = 1e8};
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

@@ -7,8 +7,6 @@ namespace [[gnu::visibility("default")]] highwall {
 
 void ForEachOption(OptionsOf<DepthPatternOptions> auto& options, const auto& visit) {
   visit("enabled", options.enabled);
-  visit("first", options.first, AtLeast(3));
-  visit("most", options.most, AtLeast(3));
 }
 
 }  // namespace highwall

@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include <highwall/frontend/local/option_table.h>
 #include <highwall/frontend/loops/options.h>
+#include <highwall/internal/option_table.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
@@ -28,8 +28,6 @@ inline constexpr std::array kChoices<RobustLoops> = {RobustLoops::kNone, RobustL
 void ForEachOption(OptionsOf<KeyFrameGraphOptions> auto& options, const auto& visit) {
   visit("drift_translation", options.drift_translation, Positive().In("of the distance"));
   visit("drift_rotation", options.drift_rotation, Positive().In("of the angle"));
-  visit("step_translation", options.step_translation, Positive().In("m"));
-  visit("step_rotation", options.step_rotation, Positive().In("rad"));
   visit("drift_bias", options.drift_bias, AtLeast(0.0));
   visit("loop_translation", options.loop_translation, Positive().In("m"));
   visit("loop_rotation", options.loop_rotation, Positive().In("rad"));
@@ -40,7 +38,6 @@ void ForEachOption(OptionsOf<KeyFrameGraphOptions> auto& options, const auto& vi
 }
 
 void ForEachOption(OptionsOf<LoopDetectorOptions> auto& options, const auto& visit) {
-  visit("candidates", options.candidates, AtLeast(1));
   visit("consistency", options.consistency, AtLeast(1));
   visit("min_support", options.min_support, AtLeast(6));
   visit("min_found", options.min_found, Share());
@@ -50,7 +47,6 @@ void ForEachOption(OptionsOf<LoopDetectorOptions> auto& options, const auto& vis
 
 void ForEachOption(OptionsOf<LoopCorrectionOptions> auto& options, const auto& visit) {
   visit("robust", options.robust);
-  visit("fused_keyframes", options.fused_keyframes, AtLeast(0));
 }
 
 void ForEachOption(OptionsOf<LoopCloserOptions> auto& options, const auto& visit) {
@@ -59,7 +55,6 @@ void ForEachOption(OptionsOf<LoopCloserOptions> auto& options, const auto& visit
   visit("detector", options.detector);
   visit("correction", options.correction);
   visit("adjust", options.adjust);
-  visit("bundle", options.bundle);
 }
 
 void ForEachOption(OptionsOf<UserFactorOptions> auto& options, const auto& visit) {
