@@ -16,6 +16,9 @@ void BindGraph(py::module_& module) {
   py::enum_<PoseGraphSpace>(module, "PoseGraphSpace")
       .value("SE2", PoseGraphSpace::kSe2)
       .value("SE3", PoseGraphSpace::kSe3);
+  py::enum_<PoseGraphEdgeKind>(module, "PoseGraphEdgeKind", "The source of a measurement.")
+      .value("ODOMETRY", PoseGraphEdgeKind::kOdometry)
+      .value("LOOP", PoseGraphEdgeKind::kLoop);
   py::class_<PoseGraphNode>(module, "PoseGraphNode", "A pose T_W_id of a pose graph.")
       .def(py::init([](std::int64_t id, const Pose& pose, bool fixed) {
              return PoseGraphNode{id, pose, fixed};
@@ -25,16 +28,17 @@ void BindGraph(py::module_& module) {
       .def_readwrite("pose", &PoseGraphNode::pose)
       .def_readwrite("fixed", &PoseGraphNode::fixed);
   py::class_<PoseGraphEdge>(module, "PoseGraphEdge",
-                            "A measured T_ij with its information, translation first. Between "
-                            "consecutive ids it is odometry, else a loop, which may be false.")
-      .def(py::init([](std::int64_t i, std::int64_t j, const Pose& Z,
+                            "A measured T_ij with its information, translation first. A loop may "
+                            "be false, odometry is not.")
+      .def(py::init([](std::int64_t i, std::int64_t j, PoseGraphEdgeKind kind, const Pose& Z,
                        const PoseInformation& information, bool trusted) {
-             return PoseGraphEdge{i, j, Z, information, trusted};
+             return PoseGraphEdge{i, j, kind, Z, information, trusted};
            }),
-           py::arg("i"), py::arg("j"), py::arg("Z"), py::arg("information"),
+           py::arg("i"), py::arg("j"), py::arg("kind"), py::arg("Z"), py::arg("information"),
            py::arg("trusted") = false)
       .def_readwrite("i", &PoseGraphEdge::i)
       .def_readwrite("j", &PoseGraphEdge::j)
+      .def_readwrite("kind", &PoseGraphEdge::kind)
       .def_readwrite("Z", &PoseGraphEdge::Z)
       .def_readwrite("information", &PoseGraphEdge::information)
       .def_readwrite("trusted", &PoseGraphEdge::trusted);

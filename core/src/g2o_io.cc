@@ -138,13 +138,13 @@ class G2oReader {
       SetSpace(PoseGraphSpace::kSe3, line);
       const auto [i, j] = ReadEnds(tag, &line);
       const auto values = line.Numbers<28>(tag);
-      AddEdge(line,
-              {i, j, ParsePose(line, values.data()), ParseInformation(line, 6, values.data() + 7)});
+      AddEdge(line, {i, j, KindBetween(i, j), ParsePose(line, values.data()),
+                     ParseInformation(line, 6, values.data() + 7)});
     } else if (tag == "EDGE_SE2") {
       SetSpace(PoseGraphSpace::kSe2, line);
       const auto [i, j] = ReadEnds(tag, &line);
       const auto values = line.Numbers<9>(tag);
-      AddEdge(line, {i, j, internal::FromPlanar(Eigen::Vector3d(values.data())),
+      AddEdge(line, {i, j, KindBetween(i, j), internal::FromPlanar(Eigen::Vector3d(values.data())),
                      ParseInformation(line, 3, values.data() + 3)});
     } else if (tag == "EDGE_SE3_PRIOR") {
       SetSpace(PoseGraphSpace::kSe3, line);
@@ -213,6 +213,11 @@ class G2oReader {
     return {i, j};
   }
 
+  // The format does not state the kind: programs number the poses of a motion consecutively.
+  static PoseGraphEdgeKind KindBetween(std::int64_t i, std::int64_t j) {
+    return j - i == 1 || i - j == 1 ? PoseGraphEdgeKind::kOdometry : PoseGraphEdgeKind::kLoop;
+  }
+
   void ReadFix(const std::string& tag, Line* line) {
     fixed_.emplace_back(line->number(), line->Id(tag));
     while (!line->AtEnd()) fixed_.emplace_back(line->number(), line->Id(tag));
@@ -245,17 +250,17 @@ class G2oReader {
     if (priors_.empty()) return;
     std::int64_t largest = 0;
     for (const PoseGraphNode& node : graph_.nodes) largest = std::max(largest, node.id);
-    if (largest > std::numeric_limits<std::int64_t>::max() - 2) {
+    if (largest > std::numeric_limits<std::int64_t>::max() - 1) {
       throw IoError(path_, priors_.front().line, "the ids leave none for the world of the priors");
     }
-    // Not consecutive to any id, since an edge between consecutive ids is odometry.
-    graph_.world = largest + 2;
+    graph_.world = largest + 1;
     for (Prior& prior : priors_) {
       RequireNode(prior.line, "prior of", prior.id);
       if (graph_.space == PoseGraphSpace::kSe3) RemoveOffset(&prior);
       TakeRotation(graph_.nodes[index_of_.at(prior.id)].pose, &prior);
-      graph_.edges.push_back(
-          {*graph_.world, prior.id, prior.Z, prior.information, /*trusted=*/true});
+      graph_.edges.push_back({*graph_.world, prior.id, PoseGraphEdgeKind::kLoop, prior.Z,
+                              prior.information,
+                              /*trusted=*/true});
     }
     graph_.nodes.push_back({*graph_.world, Pose(), /*fixed=*/true});
   }

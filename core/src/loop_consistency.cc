@@ -4,10 +4,12 @@
 #include <cstdlib>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <queue>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include <Eigen/Cholesky>
 
@@ -70,18 +72,60 @@ struct LoopCycle {
   double chi2;
 };
 
-// The loops of a graph and its odometry chain.
+// Returns the place of each node along odometry: consecutive in a chain, and more than kReach apart
+// in different chains. Chains and nodes without odometry follow each other by their smallest id,
+// and a chain begins with the smaller id of its ends.
+std::vector<std::int64_t> PlacesAlongOdometry(const PoseGraph& graph,
+                                              const PoseGraphTopology& topology) {
+  std::vector<std::vector<std::size_t>> neighbours(graph.nodes.size());
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    if (!graph.edges[e].IsOdometry()) continue;
+    const auto& [i, j] = topology.ends[e];
+    const auto connect = [&](std::size_t from, std::size_t to) {
+      if (std::ranges::count(neighbours[from], to) == 0) neighbours[from].push_back(to);
+    };
+    connect(i, j);
+    connect(j, i);
+  }
+  std::vector<std::size_t> by_id(graph.nodes.size());
+  std::iota(by_id.begin(), by_id.end(), 0u);
+  std::ranges::sort(by_id, {}, [&](std::size_t node) { return graph.nodes[node].id; });
+  constexpr std::int64_t kNoPlace = -1;
+  std::vector<std::int64_t> places(graph.nodes.size(), kNoPlace);
+  std::int64_t place = 0;
+  const auto follow_chain = [&](std::size_t start) {
+    for (std::optional<std::size_t> node = start; node;) {
+      places[*node] = place++;
+      const auto next = std::ranges::find(neighbours[*node], kNoPlace,
+                                          [&](std::size_t other) { return places[other]; });
+      node = next == neighbours[*node].end() ? std::nullopt : std::optional(*next);
+    }
+    place += kReach;
+  };
+  // The rest, of which no node is the end of a chain, are rings.
+  for (const bool rings : {false, true}) {
+    for (const std::size_t node : by_id) {
+      if (places[node] == kNoPlace && (rings || neighbours[node].size() < 2)) follow_chain(node);
+    }
+  }
+  return places;
+}
+
+// The loops of a graph and its odometry chains.
 class LoopPairs {
  public:
   explicit LoopPairs(const PoseGraph& graph) {
+    const PoseGraphTopology topology(graph);
+    const std::vector<std::int64_t> places = PlacesAlongOdometry(graph, topology);
     for (std::size_t e = 0; e < graph.edges.size(); ++e) {
       const PoseGraphEdge& edge = graph.edges[e];
+      const std::int64_t i = places[topology.ends[e].i], j = places[topology.ends[e].j];
       UncertainPose measured = Measured(graph.space, edge);
-      if (edge.i > edge.j) measured = measured.Inverse();
-      const std::int64_t low = std::min(edge.i, edge.j), high = std::max(edge.i, edge.j);
+      if (i > j) measured = measured.Inverse();
+      const std::int64_t low = std::min(i, j), high = std::max(i, j);
       if (edge.IsLoop()) {
         loops_.push_back({e, low, high, measured});
-      } else if (edge.IsOdometry()) {
+      } else if (edge.IsOdometry() && high - low == 1) {
         steps_.insert_or_assign(low, measured);
       }
     }
@@ -106,7 +150,7 @@ class LoopPairs {
  private:
   struct Loop {
     std::size_t edge;
-    std::int64_t low, high;
+    std::int64_t low, high;  // places of its ends along odometry
     UncertainPose measured;  // the pose of high in low
   };
 
@@ -117,8 +161,8 @@ class LoopPairs {
       return back ? std::make_optional(back->Inverse()) : std::nullopt;
     }
     UncertainPose path;
-    for (std::int64_t id = from; id < to; ++id) {
-      const auto step = steps_.find(id);
+    for (std::int64_t place = from; place < to; ++place) {
+      const auto step = steps_.find(place);
       if (step == steps_.end()) return std::nullopt;
       path = path * step->second;
     }
@@ -133,7 +177,7 @@ class LoopPairs {
   }
 
   std::vector<Loop> loops_;
-  std::unordered_map<std::int64_t, UncertainPose> steps_;  // from an id to the next
+  std::unordered_map<std::int64_t, UncertainPose> steps_;  // from a place to the next
 };
 
 // Minimum-variance paths over some edges of a graph at its current poses.

@@ -169,6 +169,16 @@ TEST_F(G2oFile, MayBeginWithAByteOrderMark) {
   EXPECT_EQ(Read("\xef\xbb\xbf" + kVertices + kEdge).nodes.size(), 2u);
 }
 
+TEST_F(G2oFile, EdgesBetweenConsecutiveIdsAreReadAsOdometry) {
+  const std::string rest = " 1 0 0 1 0 0 1 0 1\n";
+  const PoseGraph graph =
+      Read("EDGE_SE2 4 5" + rest + "EDGE_SE2 6 5" + rest + "EDGE_SE2 4 6" + rest);
+  ASSERT_EQ(graph.edges.size(), 3u);
+  EXPECT_EQ(graph.edges[0].kind, PoseGraphEdgeKind::kOdometry);
+  EXPECT_EQ(graph.edges[1].kind, PoseGraphEdgeKind::kOdometry);
+  EXPECT_EQ(graph.edges[2].kind, PoseGraphEdgeKind::kLoop);
+}
+
 TEST_F(G2oFile, PriorsAreTrustedEdgesFromTheWorld) {
   const std::string prior = "EDGE_SE3_PRIOR 1 0 4 5 6 0 0 0.6 0.8 " + kDiagonal;
   const PoseGraph graph = Read(kVertices + kEdge + prior);

@@ -34,13 +34,14 @@ PoseGraph Walk(int poses) {
         {i, Pose(so3::Exp({0.2 * std::sin(t), 0.1 * t, 0.3 * t}),
                  {2.0 * std::sin(t), 2.0 - 2.0 * std::cos(t), 0.3 * std::sin(2.0 * t)})});
   }
-  const auto connect = [&](std::size_t i, std::size_t j) {
-    graph.edges.push_back({graph.nodes[i].id, graph.nodes[j].id,
+  const auto connect = [&](std::size_t i, std::size_t j, PoseGraphEdgeKind kind) {
+    graph.edges.push_back({graph.nodes[i].id, graph.nodes[j].id, kind,
                            graph.nodes[i].pose.Inverse() * graph.nodes[j].pose,
                            Information(100.0, 400.0)});
   };
-  for (std::size_t i = 1; i < graph.nodes.size(); ++i) connect(i - 1, i);
-  connect(graph.nodes.size() - 1, 0);
+  for (std::size_t i = 1; i < graph.nodes.size(); ++i)
+    connect(i - 1, i, PoseGraphEdgeKind::kOdometry);
+  connect(graph.nodes.size() - 1, 0, PoseGraphEdgeKind::kLoop);
   return graph;
 }
 
@@ -50,7 +51,8 @@ void AddPrior(std::int64_t id, const Pose& Z, const PoseInformation& information
     graph->world = 1000;
     graph->nodes.push_back({1000, Pose(), /*fixed=*/true});
   }
-  graph->edges.push_back({*graph->world, id, Z, information, /*trusted=*/true});
+  graph->edges.push_back(
+      {*graph->world, id, PoseGraphEdgeKind::kLoop, Z, information, /*trusted=*/true});
 }
 
 PoseGraph Solved(PoseGraph graph, PoseGraphInitialization initialization) {
@@ -119,8 +121,8 @@ TEST(PoseGraphPriors, LoopsWithoutRotationAreJudgedByTheirPositions) {
   PoseGraph graph = Walk(12);
   const auto loop = [&](std::size_t i, std::size_t j, const Eigen::Vector3d& off) {
     const Pose Z = graph.nodes[i].pose.Inverse() * graph.nodes[j].pose;
-    graph.edges.push_back(
-        {graph.nodes[i].id, graph.nodes[j].id, Pose(Z.q(), Z.p() + off), Information(100.0, 0.0)});
+    graph.edges.push_back({graph.nodes[i].id, graph.nodes[j].id, PoseGraphEdgeKind::kLoop,
+                           Pose(Z.q(), Z.p() + off), Information(100.0, 0.0)});
   };
   loop(0, 10, Eigen::Vector3d::Zero());
   loop(1, 11, Eigen::Vector3d::Zero());

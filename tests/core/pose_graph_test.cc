@@ -61,7 +61,7 @@ TEST(PoseGraph, Chi2InSpaceIsThatOfTheLogarithmComputedByHand) {
   graph.nodes = {{0, Pose()}, {1, Pose::FromTangent({1, 1, 0}, {0, 0, quarter})}};
   Eigen::Matrix<double, 6, 1> weights;
   weights << 1, 2, 3, 4, 5, 6;
-  graph.edges = {{0, 1, Pose(), weights.asDiagonal()}};
+  graph.edges = {{0, 1, PoseGraphEdgeKind::kOdometry, Pose(), weights.asDiagonal()}};
   EXPECT_NEAR(Chi2(graph), 7.0 * quarter * quarter, 1e-13);
 }
 
@@ -76,8 +76,8 @@ TEST(PoseGraph, Chi2InThePlaneIsThatOfTheDifferenceComputedByHand) {
   graph.nodes = {{0, Pose(turn(0.5), {3, 4, 0})}, {1, Pose()}};
   graph.nodes[1].pose = graph.nodes[0].pose * Pose(turn(0.5 * M_PI + 5.0), {1, 2, 0});
 
-  graph.edges = {
-      {0, 1, Pose(turn(0.5 * M_PI), {1, 0, 0}), Eigen::Vector3d(1, 10, 100).asDiagonal()}};
+  graph.edges = {{0, 1, PoseGraphEdgeKind::kOdometry, Pose(turn(0.5 * M_PI), {1, 0, 0}),
+                  Eigen::Vector3d(1, 10, 100).asDiagonal()}};
   const double wrapped = 5.0 - 2.0 * M_PI;
   EXPECT_NEAR(Chi2(graph), 4.0 + 100.0 * wrapped * wrapped, 1e-11);
 }
@@ -113,6 +113,7 @@ TEST(PoseGraph, OdometryIsFollowedBeforeLoopsAndTheTreeHasFewestEdges) {
   graph.edges.resize(3);
   PoseGraphEdge loop = graph.edges.front();
   loop.j = 3;
+  loop.kind = PoseGraphEdgeKind::kLoop;
   loop.Z = Pose(Eigen::Quaterniond::Identity(), {9, 0, 0});
   graph.edges.push_back(loop);
   InitializePoseGraph(&graph, Initialization::kOdometry);
@@ -245,6 +246,71 @@ TEST(PoseGraph, ASingleTrueLoopAfterLongDriftIsKept) {
   }
 }
 
+// Replaces the id of every node, in nodes and edges.
+template <class NewId>
+PoseGraph Renumbered(PoseGraph graph, const NewId& new_id) {
+  for (PoseGraphNode& node : graph.nodes) node.id = new_id(node.id);
+  for (PoseGraphEdge& edge : graph.edges) edge.i = new_id(edge.i), edge.j = new_id(edge.j);
+  return graph;
+}
+
+TEST(PoseGraph, IdsWithGapsKeepTheirOdometry) {
+  PoseGraph whole = MakeSphere(8);
+  AddFalseLoops(0.3, FalseLoopKind::kRandom, 9, &whole);
+  PoseGraph gaps = Renumbered(whole, [](std::int64_t id) { return 10 * id + 3; });
+  EXPECT_EQ(CountLoops(gaps), CountLoops(whole));
+  std::vector<PoseGraphSummary> summaries;
+  for (PoseGraph* graph : {&whole, &gaps}) {
+    InitializePoseGraph(graph, Initialization::kOdometry);
+    summaries.push_back(SolvePoseGraph(graph, {.robust = RobustLoops::kGnc}));
+  }
+  EXPECT_EQ(Distance(whole, gaps), 0.0);
+  ASSERT_EQ(summaries[0].rejected.size(), summaries[1].rejected.size());
+  EXPECT_GT(summaries[0].rejected.size(), 0u);
+  for (std::size_t k = 0; k < summaries[0].rejected.size(); ++k) {
+    EXPECT_EQ(summaries[0].rejected[k].edge, summaries[1].rejected[k].edge);
+  }
+}
+
+TEST(PoseGraph, InterleavedIdsOfTwoMotionsKeepTheirOdometry) {
+  // Nodes of the second half get the odd ids, so that neighbours in id are of different motions.
+  PoseGraph whole = MakeSphere(8);
+  const auto half = static_cast<std::int64_t>(whole.nodes.size()) / 2;
+  std::erase_if(whole.edges,
+                [&](const PoseGraphEdge& edge) { return edge.IsOdometry() && edge.i == half - 1; });
+  AddFalseLoops(0.3, FalseLoopKind::kRandom, 9, &whole);
+  PoseGraph mixed =
+      Renumbered(whole, [&](std::int64_t id) { return id < half ? 2 * id : 2 * (id - half) + 1; });
+  const auto summary = SolvePoseGraph(&whole, {.robust = RobustLoops::kGnc});
+  const auto mixed_summary = SolvePoseGraph(&mixed, {.robust = RobustLoops::kGnc});
+  EXPECT_EQ(Distance(whole, mixed), 0.0);
+  EXPECT_EQ(summary.rejected.size(), mixed_summary.rejected.size());
+}
+
+TEST(PoseGraph, TwoSessionsNumberedThroughDoNotBecomeOne) {
+  // Three poses each; a false loop joins the last of the first session and the first of the second,
+  // two true ones put the second session 10 m beside the first.
+  const auto at = [](double x, double y) {
+    return Pose(Eigen::Quaterniond::Identity(), {x, y, 0});
+  };
+  PoseGraph graph;
+  for (int i = 0; i < 6; ++i) graph.nodes.push_back({i, at(i % 3, i < 3 ? 0.0 : 10.0)});
+  const PoseInformation information = 100.0 * PoseInformation::Identity(6, 6);
+  for (const std::int64_t i : {0, 1, 3, 4}) {
+    graph.edges.push_back({i, i + 1, PoseGraphEdgeKind::kOdometry, at(1, 0), information});
+  }
+  for (const std::int64_t i : {0, 1}) {
+    graph.edges.push_back({i, i + 3, PoseGraphEdgeKind::kLoop, at(0, 10), information});
+  }
+  graph.edges.push_back({2, 3, PoseGraphEdgeKind::kLoop, at(1, 0), information});
+  EXPECT_FALSE(graph.edges.back().IsOdometry());
+  EXPECT_TRUE(graph.edges.back().IsLoop());
+  const PoseGraphSummary summary = SolvePoseGraph(&graph, {.robust = RobustLoops::kGnc});
+  ASSERT_EQ(summary.rejected.size(), 1u);
+  EXPECT_EQ(summary.rejected[0].edge, graph.edges.size() - 1);
+  EXPECT_NEAR(graph.nodes[3].pose.p().y(), 10.0, 1e-6);
+}
+
 // A straight walk in which each node has edges to the next one and the one after it that agree with
 // the poses, and an edge to a fixed node with almost no information. The last edge is a loop over
 // the whole walk with an error of `metres`.
@@ -252,10 +318,11 @@ PoseGraph MakePresentWalk(double metres) {
   constexpr int kNodes = 200;
   PoseGraph graph;
   const auto tie = [&](std::int64_t i, std::int64_t j, double sigma) {
+    const auto kind = j == i + 1 ? PoseGraphEdgeKind::kOdometry : PoseGraphEdgeKind::kLoop;
     const auto& pose = [&](std::int64_t id) {
       return graph.nodes[static_cast<std::size_t>(id)].pose;
     };
-    graph.edges.push_back({i, j, pose(i).Inverse() * pose(j),
+    graph.edges.push_back({i, j, kind, pose(i).Inverse() * pose(j),
                            Eigen::Matrix<double, 6, 6>::Identity() / (sigma * sigma)});
     graph.edges.back().trusted = true;
   };
@@ -362,7 +429,8 @@ TEST(PoseGraph, FactorsOnNodesConstrainAFrameThatNoEdgeReaches) {
   for (std::int64_t i = 1; i <= 30; ++i) {
     truth.push_back(truth.back() * step);
     graph.nodes.push_back({i, graph.nodes.back().pose * drifted});
-    graph.edges.push_back({i - 1, i, drifted, 1e4 * PoseInformation::Identity(6, 6)});
+    graph.edges.push_back(
+        {i - 1, i, PoseGraphEdgeKind::kOdometry, drifted, 1e4 * PoseInformation::Identity(6, 6)});
   }
   graph.nodes.push_back({kFrame, T_GW * Pose::FromTangent({1, 1, 1}, {0.05, 0.02, 0.1})});
   for (std::size_t i = 0; i < truth.size(); ++i) {
@@ -396,7 +464,7 @@ TEST(PoseGraph, FactorsOnNodesConstrainAFrameThatNoEdgeReaches) {
 TEST(PoseGraph, BadFactorsAreRefused) {
   PoseGraph graph;
   graph.nodes = {{0, Pose(), true}, {1, Pose()}};
-  graph.edges = {{0, 1, Pose(), PoseInformation::Identity(6, 6)}};
+  graph.edges = {{0, 1, PoseGraphEdgeKind::kOdometry, Pose(), PoseInformation::Identity(6, 6)}};
   const auto cost = testing::PositionInFrame(Eigen::Vector3d::Zero(), 1.0);
   graph.factors = {{{0, 7}, cost}};
   ExpectInvalid(graph, "node 7 is not there");

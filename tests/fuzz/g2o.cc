@@ -13,7 +13,7 @@ std::string Graph(PoseGraphSpace space, bool has_poses) {
   const Pose step = Pose::FromTangent({1, 0, 0}, {0, 0, 0.5});
   graph.nodes = {{0, Pose()}, {7, step}};
   graph.nodes[0].fixed = has_poses;
-  graph.edges = {{0, 7, step, PoseInformation::Identity(size, size)}};
+  graph.edges = {{0, 7, PoseGraphEdgeKind::kLoop, step, PoseInformation::Identity(size, size)}};
   return Written([&](const auto& path) { WriteG2o(path, graph); });
 }
 

@@ -157,14 +157,17 @@ def test_a_pose_graph_closes_its_loop_and_refuses_a_false_one(tmp_path):
     drift = step * hw.Pose.from_tangent([0.02, 0, 0], [0, 0, 0.01])
     nodes = [hw.PoseGraphNode(0, hw.Pose(), fixed=True)]
     edges = []
+    kind = hw.PoseGraphEdgeKind
     for i in range(8):
         nodes.append(hw.PoseGraphNode(i + 1, nodes[-1].pose * drift))
-        edges.append(hw.PoseGraphEdge(i, i + 1, step, 100 * np.eye(6)))
-    edges.append(hw.PoseGraphEdge(0, 8, hw.Pose(), 1e4 * np.eye(6)))
-    edges.append(hw.PoseGraphEdge(2, 6, hw.Pose(), 1e4 * np.eye(6)))  # false: they are 2.4 m apart
+        edges.append(hw.PoseGraphEdge(i, i + 1, kind.ODOMETRY, step, 100 * np.eye(6)))
+    edges.append(hw.PoseGraphEdge(0, 8, kind.LOOP, hw.Pose(), 1e4 * np.eye(6)))
+    # A false loop: the two are 2.4 m apart.
+    edges.append(hw.PoseGraphEdge(2, 6, kind.LOOP, hw.Pose(), 1e4 * np.eye(6)))
     graph = hw.PoseGraph(nodes, edges)
     hw.write_g2o(tmp_path / "loop.g2o", graph)
-    assert len(hw.read_g2o(tmp_path / "loop.g2o").edges) == 10
+    again = hw.read_g2o(tmp_path / "loop.g2o")
+    assert [edge.kind for edge in again.edges] == [edge.kind for edge in edges]
     summary = hw.solve_pose_graph(graph, hw.PoseGraphOptions(robust=hw.RobustLoops.GNC))
     assert [loop.edge for loop in summary.rejected] == [9]
     # Odometry and the true loop agree: eight turns of 45 degrees close.

@@ -146,7 +146,9 @@ def test_ctrl_c_ends_a_long_solve_of_a_pose_graph_and_leaves_it_as_it_was():
         hw.PoseGraphNode(i, hw.Pose.from_tangent(random.normal(size=3), random.normal(size=3)), fixed=i == 0)
         for i in range(4000)
     ]
-    edges = [hw.PoseGraphEdge(i, (i + 1) % 4000, step, information) for i in range(4000)]
+    kind = hw.PoseGraphEdgeKind
+    edges = [hw.PoseGraphEdge(i, i + 1, kind.ODOMETRY, step, information) for i in range(3999)]
+    edges.append(hw.PoseGraphEdge(3999, 0, kind.LOOP, step, information))
     graph = hw.PoseGraph(nodes, edges)
     before = hw.chi2(graph)
     options = hw.PoseGraphOptions(solver=hw.SolveOptions(

@@ -134,7 +134,8 @@ def test_keyframes_are_added_on_two_threads(sensor):
 def test_a_pose_graph_is_read_on_one_thread_while_another_solves():
     step = hw.Pose.from_tangent([1, 0, 0], [0, 0, 0.1])
     nodes = [hw.PoseGraphNode(i, hw.Pose(), fixed=i == 0) for i in range(300)]
-    edges = [hw.PoseGraphEdge(i, i + 1, step, np.eye(6)) for i in range(299)]
+    odometry = hw.PoseGraphEdgeKind.ODOMETRY
+    edges = [hw.PoseGraphEdge(i, i + 1, odometry, step, np.eye(6)) for i in range(299)]
     graph = hw.PoseGraph(nodes, edges)
 
     def change():

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdlib>
 #include <random>
 #include <set>
 #include <utility>
@@ -42,7 +43,7 @@ inline std::vector<std::size_t> AddFalseLoops(double share, FalseLoopKind kind, 
     PoseGraphEdge edge = loops[pick(loops.size())];
     edge.i = graph->nodes[pick(graph->nodes.size())].id;
     edge.j = graph->nodes[pick(graph->nodes.size())].id;
-    if (edge.i == edge.j || !edge.IsLoop()) continue;
+    if (std::abs(edge.i - edge.j) <= 1) continue;  // neighbours, which odometry connects
     if (kind == FalseLoopKind::kRandom) {
       const Eigen::Vector3d p =
           (high - low).cwiseProduct(Eigen::Vector3d(uniform(), uniform(), uniform()));

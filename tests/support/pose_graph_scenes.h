@@ -23,6 +23,7 @@ class PoseGraphScene {
   void AddNode(const Pose& pose) {
     truth.nodes.push_back({static_cast<std::int64_t>(truth.nodes.size()), pose});
   }
+  // Adds odometry between a node and the next one, or a loop.
   void AddEdge(std::int64_t i, std::int64_t j) {
     constexpr double kPosition = 0.05, kAngle = 0.02;  // [m] [rad]
     const bool planar = truth.space == PoseGraphSpace::kSe2;
@@ -32,7 +33,10 @@ class PoseGraphScene {
     }
     if (planar) step[2] = step[3] = step[4] = 0.0;
     const Pose Z_true = At(i).Inverse() * At(j);
-    PoseGraphEdge edge{i, j, Pose::FromTangent(Z_true.p(), Eigen::Vector3d::Zero()), {}};
+    PoseGraphEdge edge;
+    edge.i = i;
+    edge.j = j;
+    edge.kind = j == i + 1 ? PoseGraphEdgeKind::kOdometry : PoseGraphEdgeKind::kLoop;
     edge.Z = Z_true * Pose::FromTangent(step.head<3>(), step.tail<3>());
     if (planar) {
       const double half = std::atan2(edge.Z.q().z(), edge.Z.q().w());

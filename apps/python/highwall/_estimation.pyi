@@ -87,10 +87,22 @@ class PoseGraphEdge:
     i: int
     information: Array
     j: int
+    kind: PoseGraphEdgeKind
     trusted: bool
     def __init__(
-        self, i: int, j: int, Z: Pose, information: npt.ArrayLike, trusted: bool = ...
+        self, i: int, j: int, kind: PoseGraphEdgeKind, Z: Pose, information: npt.ArrayLike,
+        trusted: bool = ...
     ) -> None: ...
+
+class PoseGraphEdgeKind:
+    __members__: ClassVar[Dict[str, PoseGraphEdgeKind]]
+    LOOP: ClassVar[PoseGraphEdgeKind]
+    ODOMETRY: ClassVar[PoseGraphEdgeKind]
+    @property
+    def name(self) -> str: ...
+    @property
+    def value(self) -> int: ...
+    def __int__(self) -> int: ...
 
 class PoseGraphInitialization:
     __members__: ClassVar[Dict[str, PoseGraphInitialization]]

@@ -34,6 +34,12 @@ Matrix6 Information(double sigma_translation, double sigma_rotation) {
   return variances.cwiseInverse().asDiagonal();
 }
 
+// Nodes i and i + 1 are successive keyframes: what connects them is a step of the motion, also
+// where they are of different submaps, or where a loop has merged these.
+PoseGraphEdgeKind KindBetween(std::int64_t i, std::int64_t j) {
+  return std::abs(j - i) == 1 ? PoseGraphEdgeKind::kOdometry : PoseGraphEdgeKind::kLoop;
+}
+
 // Returns an edge with the current transform between two nodes: no more accurate than after the
 // steps between them with fully correlated errors, so that parallel edges have no more information
 // on a long path than odometry.
@@ -41,9 +47,13 @@ PoseGraphEdge PresentEdge(const PoseGraph& graph, std::size_t i, std::size_t j,
                           const KeyFrameGraphOptions& options) {
   const Pose Z = graph.nodes[i].pose.Inverse() * graph.nodes[j].pose;
   const auto steps = static_cast<double>(j - i);
-  return {graph.nodes[i].id, graph.nodes[j].id, Z,
-          Information(steps * kStepTranslation + options.drift_translation * Z.p().norm(),
-                      steps * kStepRotation + options.drift_rotation * Z.Angle()),
+  const std::int64_t from = graph.nodes[i].id, to = graph.nodes[j].id;
+  return {from,
+          to,
+          KindBetween(from, to),
+          Z,
+          Information(steps * options.step_translation + options.drift_translation * Z.p().norm(),
+                      steps * options.step_rotation + options.drift_rotation * Z.Angle()),
           /*trusted=*/true};
 }
 
@@ -54,7 +64,7 @@ void HoldGravity(PoseGraph* graph) {
   constexpr double kNoInformation =
       1e-6;  // [1/m^2], [1/rad^2]: practically none, but positive definite
   const std::size_t keyframes = graph->nodes.size();
-  const auto world = static_cast<std::int64_t>(keyframes) + 1;  // not adjacent to the last keyframe
+  const auto world = static_cast<std::int64_t>(keyframes);
   graph->nodes.push_back({world, Pose(), true});
   for (std::size_t i = 0; i < keyframes; ++i) {
     const Pose& T_WC = graph->nodes[i].pose;
@@ -62,13 +72,14 @@ void HoldGravity(PoseGraph* graph) {
     Matrix6 information = kNoInformation * Matrix6::Identity();
     information.bottomRightCorner<3, 3>() +=
         (Eigen::Matrix3d::Identity() - up_C * up_C.transpose()) / (kSigma * kSigma);
-    graph->edges.push_back({world, graph->nodes[i].id, T_WC, information, /*trusted=*/true});
+    graph->edges.push_back({world, graph->nodes[i].id, PoseGraphEdgeKind::kLoop, T_WC, information,
+                            /*trusted=*/true});
   }
 }
 
-// Returns an id after the keyframes and the node of gravity, not adjacent to any other node.
+// Returns an id after the keyframes and the node of gravity.
 std::int64_t NodeOfFrame(const KeyFrameGraph& graph, std::size_t frame) {
-  return static_cast<std::int64_t>(graph.keyframes.size() + 3 + 2 * frame);
+  return static_cast<std::int64_t>(graph.keyframes.size() + 1 + frame);
 }
 
 // Adds the user factors, and their reference frames as nodes.
@@ -190,10 +201,10 @@ void KeyFrameGraph::AllowBias(const LoopEdge& loop, const KeyFrameGraphOptions& 
 }
 
 void KeyFrameGraph::Add(const LoopEdge& loop, const KeyFrameGraphOptions& options) {
-  PoseGraphEdge edge{NodeOf(loop.match), NodeOf(loop.keyframe), loop.Z,
-                     Information(options.loop_translation, options.loop_rotation)};
+  const std::int64_t match = NodeOf(loop.match), keyframe = NodeOf(loop.keyframe);
   loop_edges.push_back(graph.edges.size());
-  graph.edges.push_back(std::move(edge));
+  graph.edges.push_back({match, keyframe, KindBetween(match, keyframe), loop.Z,
+                         Information(options.loop_translation, options.loop_rotation)});
 }
 
 std::map<ReferenceFrameId, Pose> KeyFrameGraph::FramePoses() const {

@@ -29,7 +29,7 @@ struct KeyFrameGraph {
   // Adds the bias drift over the steps between the ends of a loop to the map's own edges. Throws as
   // NodeOf.
   void AllowBias(const LoopEdge& loop, const KeyFrameGraphOptions& options);
-  // Throws as NodeOf.
+  // An edge between successive keyframes is odometry: it is never rejected. Throws as NodeOf.
   void Add(const LoopEdge& loop, const KeyFrameGraphOptions& options);
   // Returns T_FW of the frames in the solved graph.
   std::map<ReferenceFrameId, Pose> FramePoses() const;

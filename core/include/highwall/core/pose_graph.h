@@ -37,18 +37,26 @@ struct PoseGraphNode {
 using PoseInformation =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>;
 
-// A measured transform between two nodes. An edge between consecutive ids is odometry; any other
-// edge is a loop closure, which may be an outlier unless it is trusted.
+// Source of a measurement between two nodes.
+enum class PoseGraphEdgeKind {
+  kOdometry,  // between successive poses of one motion, never an outlier
+  kLoop,      // any other measurement, which may be an outlier unless it is trusted
+};
+
+// A measured transform between two nodes. Its kind does not depend on the ids of the nodes: these
+// may have gaps, and the first pose of one motion may follow the last of another.
 struct PoseGraphEdge {
   std::int64_t i = 0;
   std::int64_t j = 0;
-  Pose Z;  // measured T_ij, the pose of j in i
+  PoseGraphEdgeKind kind = PoseGraphEdgeKind::kLoop;  // not kept in files
+  Pose Z;                                             // measured T_ij, the pose of j in i
   // Information of the error Z^-1 T_i^-1 T_j, translation [1/m^2] first; zero for the components
   // that are not measured.
   PoseInformation information;
   bool trusted = false;  // never an outlier, like odometry; not kept in files
 
-  bool IsOdometry() const { return j - i == 1 || i - j == 1; }
+  bool IsOdometry() const { return kind == PoseGraphEdgeKind::kOdometry; }
+  // Returns whether the edge may be an outlier.
   bool IsLoop() const { return !trusted && !IsOdometry(); }
 };
 
@@ -185,15 +193,17 @@ std::optional<Eigen::MatrixXd> PoseGraphCovariance(const PoseGraph& graph,
 // lines, which do not affect these edges, are skipped. Priors become edges from the node
 // PoseGraph::world; a prior without information about the rotation, such as GPS, takes the rotation
 // of its vertex. Quaternions are normalised. A file without vertices gives the nodes that its edges
-// name, by id, and has_poses = false.
-// Throws IoError "path:line: what" for any other tag, a wrong number of values, a value that is not
-// a finite number, a zero quaternion, an information matrix that is not positive semidefinite,
-// SE(2) mixed with SE(3), a repeated or negative id, and an edge or FIX that names a missing
-// vertex; IoError if the file cannot be read or contains no graph.
+// name, by id, and has_poses = false. The format does not state the kind of an edge: an edge
+// between ids that differ by 1 is taken for odometry, any other for a loop. Throws IoError
+// "path:line: what" for any other tag, a wrong number of values, a value that is not a finite
+// number, a zero quaternion, an information matrix that is not positive semidefinite, SE(2) mixed
+// with SE(3), a repeated or negative id, and an edge or FIX that names a missing vertex; IoError if
+// the file cannot be read or contains no graph.
 PoseGraph ReadG2o(const std::filesystem::path& path);
 
 // Writes the same format atomically (AtomicFile): vertices in order, then FIX, then edges. Numbers
-// are read back equal, except for the rounding of an angle or a quaternion. Throws as
+// are read back equal, except for the rounding of an angle or a quaternion. Kinds of edges are not
+// written, see ReadG2o(). Throws as
 // PoseGraph::Validate(), but not for a graph without edges; IoError if the file cannot be written.
 void WriteG2o(const std::filesystem::path& path, const PoseGraph& graph);
 
