@@ -278,24 +278,26 @@ DatasetReport InspectDataset(const std::filesystem::path& directory, double max_
     throw IoError(directory, "is of EuRoC's layout, which info does not read; highwall slam does");
   }
   const std::optional<RunConfig> config = KnownConfig(directory);
-  TumDatasetOptions options{.max_stamp_difference = max_pair_difference};
-  if (config) options.depth_factor = config->sensor.depth_factor;
-  const TumDataset dataset(directory, options);
+  // The statistics are those of the stored depth, so nothing but its unit is taken from the sensor.
+  RgbdSensor sensor;
+  if (config) sensor.depth_factor = config->sensor.depth_factor;
+  const TumDataset dataset(directory, sensor,
+                           {.max_stamp_difference = max_pair_difference, .any_size = true});
 
   DatasetReport report;
   report.directory = directory;
   report.colour = DescribeStamps(Stamps(dataset.colour_files()));
   report.depth = DescribeStamps(Stamps(dataset.depth_files()));
   report.frames = DescribeStamps(Stamps(dataset));
-  report.depth_factor = options.depth_factor;
+  report.depth_factor = sensor.depth_factor;
   report.median_depth = dataset.median_depth();
   report.association_rate =
       static_cast<double>(report.frames.count) / static_cast<double>(report.colour.count);
 
-  ReadFrames(dataset, options.depth_factor, progress, &report);
+  ReadFrames(dataset, sensor.depth_factor, progress, &report);
   const DepthReport& depth = report.depth_images;
   if (config) {
-    report.depth_images.Believe(options.depth_factor);
+    report.depth_images.Believe(sensor.depth_factor);
   } else if (!depth.guesses.empty()) {
     const double factor = depth.guesses.front().depth_factor;
     if (ProbabilityOfFactor(depth.guesses, factor) >= kSure) {

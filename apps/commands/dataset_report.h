@@ -76,7 +76,7 @@ struct DatasetReport {
 };
 
 // Reads and decodes every frame of a TUM RGB-D dataset. max_pair_difference [s]: as in
-// TumDatasetOptions. progress: called with the number of processed frames and the total. Throws
+// DatasetOptions. progress: called with the number of processed frames and the total. Throws
 // IoError if the dataset cannot be used at all.
 DatasetReport InspectDataset(const std::filesystem::path& directory, double max_pair_difference,
                              const std::function<void(std::size_t, std::size_t)>& progress);

@@ -148,17 +148,26 @@ void BindDataset(py::module_& module) {
           "depth", [](const RgbdImage& image) { return ImageArray(image.depth); }, "[m]");
   py::class_<TumDataset>(module, "TumDataset", "A recording in the layout of TUM RGB-D.")
       .def(
-          py::init([](const py::object& directory, double depth_factor, double inverse_depth_offset,
-                      const DepthPattern::Vector& depth_pattern, double max_stamp_difference) {
+          py::init([](const py::object& directory, const std::optional<RgbdSensor>& sensor,
+                      std::optional<double> depth_factor,
+                      std::optional<double> inverse_depth_offset,
+                      const std::optional<DepthPattern::Vector>& depth_pattern,
+                      double max_stamp_difference) {
+            RgbdSensor depth = sensor.value_or(RgbdSensor());
+            if (depth_factor) depth.depth_factor = *depth_factor;
+            if (inverse_depth_offset) depth.inverse_depth_offset = *inverse_depth_offset;
+            if (depth_pattern) depth.depth_pattern.nodes = *depth_pattern;
             return std::make_unique<TumDataset>(
-                Path(directory), TumDatasetOptions{.depth_factor = depth_factor,
-                                                   .inverse_depth_offset = inverse_depth_offset,
-                                                   .depth_pattern = {depth_pattern},
-                                                   .max_stamp_difference = max_stamp_difference});
+                Path(directory), depth,
+                DatasetOptions{.max_stamp_difference = max_stamp_difference,
+                               .any_size = !sensor.has_value()});
           }),
-          py::arg("directory"), py::arg("depth_factor") = TumDatasetOptions{}.depth_factor,
-          py::arg("inverse_depth_offset") = 0.0, py::arg("depth_pattern") = DepthPattern().nodes,
-          py::arg("max_stamp_difference") = TumDatasetOptions{}.max_stamp_difference)
+          py::arg("directory"), py::arg("sensor") = py::none(), py::kw_only(),
+          py::arg("depth_factor") = py::none(), py::arg("inverse_depth_offset") = py::none(),
+          py::arg("depth_pattern") = py::none(),
+          py::arg("max_stamp_difference") = DatasetOptions().max_stamp_difference,
+          "sensor: converts the stored depth to metres, and its camera has the size of the images; "
+          "the keywords are in the place of its fields.")
       .def("__len__", &TumDataset::size)
       .def("load", &TumDataset::Load, py::arg("index"), py::call_guard<py::gil_scoped_release>(),
            "The images of a frame; None where they cannot be used.")

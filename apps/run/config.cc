@@ -259,7 +259,7 @@ ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::p
     return {{*sensor}, "preset " + preset + ", by the dataset's name"};
   }
   // A folder that is not a dataset gets a clearer error from this reader.
-  TumDataset{dataset, {.max_stamp_difference = 1.0}};
+  TumDataset{dataset, std::nullopt, {.max_stamp_difference = 1.0}};
   throw IoError(dataset, "the camera is unknown: put calibration.yaml there, or give --config " +
                              ("with a file or one of " + PresetList()));
 }

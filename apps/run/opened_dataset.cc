@@ -32,13 +32,8 @@ OpenedDataset OpenDataset(const std::string& choice, const std::filesystem::path
 std::unique_ptr<const Dataset> OpenImages(const std::filesystem::path& directory,
                                           const RgbdSensor& sensor, double max_pair_difference) {
   if (EurocDataset::IsOne(directory)) return std::make_unique<EurocDataset>(directory);
-  return std::make_unique<TumDataset>(
-      directory, TumDatasetOptions{.depth_factor = sensor.depth_factor,
-                                   .inverse_depth_offset = sensor.inverse_depth_offset,
-                                   .depth_pattern = sensor.depth_pattern,
-                                   .width = sensor.camera.width,
-                                   .height = sensor.camera.height,
-                                   .max_stamp_difference = max_pair_difference});
+  return std::make_unique<TumDataset>(directory, sensor,
+                                      DatasetOptions{.max_stamp_difference = max_pair_difference});
 }
 
 }  // namespace highwall::apps

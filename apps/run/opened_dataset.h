@@ -5,14 +5,13 @@
 #include <string>
 
 #include <highwall/frontend/input/dataset.h>
-#include <highwall/frontend/input/tum_dataset.h>
 
 #include "run/config.h"
 
 namespace highwall::apps {
 
 // [s] default maximum time difference between colour and depth of a frame (--max-pair-difference).
-inline constexpr double kMaxPairDifference = TumDatasetOptions::kMaxStampDifference;
+inline constexpr double kMaxPairDifference = DatasetOptions().max_stamp_difference;
 
 // Dataset with the configuration of its sensors.
 struct OpenedDataset {

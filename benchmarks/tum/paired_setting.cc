@@ -200,7 +200,7 @@ SettingRun OwnSetting::Run(std::size_t begin, const std::string& label) const {
 ProgramSetting::ProgramSetting(std::string program, const std::string& setting,
                                std::filesystem::path directory)
     : program_(std::move(program)), switches_(Words(setting)), directory_(std::move(directory)) {
-  const Stamp tolerance = FromSeconds(TumDatasetOptions().max_stamp_difference);
+  const Stamp tolerance = FromSeconds(DatasetOptions().max_stamp_difference);
   for (const auto& [colour, depth] :
        AssociateNearest(ReadTumImageList(directory_ / "rgb.txt"),
                         ReadTumImageList(directory_ / "depth.txt"), tolerance)) {

@@ -20,7 +20,7 @@ int main(int argc, char** argv) try {
   }
   const auto points = std::make_shared<NetworkPoints>(argv[3]);
   highwall::SlamSystem slam(*sensor, {}, {.points = points});
-  const highwall::TumDataset dataset(argv[2], {.depth_factor = sensor->depth_factor});
+  const highwall::TumDataset dataset(argv[2], *sensor);
   for (std::size_t i = 0; i < dataset.size(); ++i) {
     if (const auto image = dataset.Load(i)) slam.Track(*image);
   }

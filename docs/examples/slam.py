@@ -36,15 +36,15 @@ def moving_wall(camera, frames=20, shift=4, depth=2.0):
         yield i * 33_000_000, bgr, np.full(view.shape, depth, np.float32)
 
 
-def recording(folder):
-    dataset = hw.TumDataset(folder)
+def recording(folder, sensor):
+    dataset = hw.TumDataset(folder, sensor)
     for image in (dataset.load(i) for i in range(len(dataset))):
         if image:
             yield image.stamp, image.bgr, image.depth
 
 
 sensor = hw.RgbdSensor.preset(arguments.camera) if arguments.folder else hw.RgbdSensor()
-frames = recording(arguments.folder) if arguments.folder else moving_wall(sensor.camera)
+frames = recording(arguments.folder, sensor) if arguments.folder else moving_wall(sensor.camera)
 
 # %% [markdown]
 # ## SLAM

@@ -42,7 +42,7 @@ std::vector<TumImageFile> List(const std::vector<Stamp>& stamps) {
 TEST(TumDataset, LoadsColourAndMetricDepth) {
   const TemporaryDirectory folder;
   WriteTum(folder.path(), {.raw_depth = 10400});
-  const TumDataset dataset(folder.path(), {.depth_factor = 5200.0});
+  const TumDataset dataset(folder.path(), RgbdSensor{.depth_factor = 5200.0}, {.any_size = true});
   ASSERT_EQ(dataset.size(), 6U);
   EXPECT_EQ(dataset.stamp(3), 100'300'000'000);
   const std::optional<RgbdImage> image = dataset.Load(3);
@@ -152,7 +152,7 @@ TEST(TumDataset, SaysByHowMuchDepthIsLateAndWhatHelps) {
   ShiftDepth(folder.path(), 800.0, 1);
   ExpectContains(OpenMessage(folder.path()), "later in the median; write both lists in one clock");
   ShiftDepth(folder.path(), 0.025);
-  const TumDataset dataset(folder.path(), {.max_stamp_difference = 0.03});
+  const TumDataset dataset(folder.path(), std::nullopt, {.max_stamp_difference = 0.03});
   EXPECT_EQ(dataset.size(), 6U);
   EXPECT_TRUE(dataset.warnings().empty());
   EXPECT_EQ(dataset.Load(0)->depth_stamp, dataset.stamp(0) + 25'000'000);
@@ -247,15 +247,15 @@ TEST(TumDataset, RefusesADatasetWithoutAnyUsableFrame) {
 TEST(TumDataset, RefusesImagesOfAnotherSizeThanTheCamera) {
   const TemporaryDirectory folder;
   WriteTum(folder.path());
-  const TumDatasetOptions options{.width = 640, .height = 480};
-  ExpectContains(MessageOf<IoError>([&] { const TumDataset dataset(folder.path(), options); }),
+  const RgbdSensor sensor;
+  ExpectContains(MessageOf<IoError>([&] { const TumDataset dataset(folder.path(), sensor); }),
                  "is 64 x 48, but the camera is set to 640 x 480");
 }
 
 TEST(TumDataset, WarnsOfAWrongDepthFactorAndNamesTheLikelyOne) {
   const TemporaryDirectory folder;
   WriteTum(folder.path(), {.raw_depth = 2000});
-  const TumDataset dataset(folder.path(), {.depth_factor = 50000.0});
+  const TumDataset dataset(folder.path(), RgbdSensor{.depth_factor = 50000.0}, {.any_size = true});
   ASSERT_EQ(dataset.warnings().size(), 1U);
   ExpectContains(dataset.warnings()[0], "the median depth is 0.04 m with depth factor 5e+04");
   ExpectContains(dataset.warnings()[0], "the factor is likely 1000");
@@ -265,7 +265,8 @@ TEST(TumDataset, TakesTheOffsetOffTheInverseOfDepth) {
   const TemporaryDirectory folder;
   WriteTum(folder.path(), {.raw_depth = 10200});
   const auto depth = [&](double offset) {
-    const TumDataset dataset(folder.path(), {.inverse_depth_offset = offset});
+    const TumDataset dataset(folder.path(), RgbdSensor{.inverse_depth_offset = offset},
+                             {.any_size = true});
     double most = 0.0;
     cv::minMaxLoc(dataset.Load(0)->depth, nullptr, &most);
     return most;
@@ -308,7 +309,7 @@ TEST(TumDataset, TakesThePatternOffTheInverseOfDepth) {
   WriteTum(folder.path(), {.raw_depth = 10000});
   DepthPattern pattern;
   pattern.nodes.setConstant(0.5 - 0.4);
-  const TumDataset dataset(folder.path(), {.depth_pattern = pattern});
+  const TumDataset dataset(folder.path(), RgbdSensor{.depth_pattern = pattern}, {.any_size = true});
   double most = 0.0;
   cv::minMaxLoc(dataset.Load(0)->depth, nullptr, &most);
   EXPECT_NEAR(most, 2.5, 1e-6);
@@ -317,12 +318,15 @@ TEST(TumDataset, TakesThePatternOffTheInverseOfDepth) {
 TEST(TumDataset, NamesTheBadOption) {
   const TemporaryDirectory folder;
   WriteTum(folder.path());
-  for (const TumDatasetOptions& options :
-       {TumDatasetOptions{.depth_factor = 0.0}, TumDatasetOptions{.width = 640},
-        TumDatasetOptions{.max_stamp_difference = -1.0},
-        TumDatasetOptions{.inverse_depth_offset = 1.0}}) {
-    EXPECT_THROW(TumDataset(folder.path(), options), InvalidArgument);
-  }
+  const auto message = [&](const RgbdSensor& sensor, const DatasetOptions& options) {
+    return MessageOf<InvalidArgument>([&] { TumDataset(folder.path(), sensor, options); });
+  };
+  const DatasetOptions any{.any_size = true};
+  ExpectContains(message({.depth_factor = 0.0}, any), "RgbdSensor::depth_factor");
+  ExpectContains(message({.inverse_depth_offset = 1.0}, any), "RgbdSensor::inverse_depth_offset");
+  ExpectContains(message({.camera = {.width = 0}}, any), "PinholeCamera::width");
+  ExpectContains(message({}, {.max_stamp_difference = -1.0}),
+                 "DatasetOptions::max_stamp_difference");
 }
 
 TEST(LikelyDepthFactor, IsEmptyForPlausibleDepths) {

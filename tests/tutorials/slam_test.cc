@@ -67,7 +67,7 @@ class Pilot {
 // A recording: nothing is dropped, however long a frame takes.
 highwall::Trajectory Follow(const std::filesystem::path& folder,
                             const highwall::RgbdSensor& sensor) {
-  const highwall::TumDataset recording(folder, {.depth_factor = sensor.depth_factor});
+  const highwall::TumDataset recording(folder, sensor);
   highwall::SlamSystem slam(sensor);
   for (std::size_t i = 0; i < recording.size(); ++i) {
     if (const auto image = recording.Load(i)) slam.Track(*image);

@@ -1,8 +1,17 @@
 #include <highwall/frontend/input/dataset.h>
 
+#include <cmath>
+
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall {
+
+void DatasetOptions::Validate() const {
+  HIGHWALL_REQUIRE(std::isfinite(max_stamp_difference) && max_stamp_difference > 0.0,
+                   "DatasetOptions::max_stamp_difference must be positive, got " +
+                       FixedText(max_stamp_difference));
+}
 
 std::optional<RgbdImage> Dataset::Load(std::size_t index) const {
   HIGHWALL_REQUIRE(index < size(), "frame " + std::to_string(index) + " of " +

@@ -88,25 +88,12 @@ std::optional<double> LikelyDepthFactor(double median_depth, double depth_factor
   return best;
 }
 
-void TumDatasetOptions::Validate() const {
-  HIGHWALL_REQUIRE(
-      std::isfinite(depth_factor) && depth_factor > 0.0,
-      "TumDatasetOptions::depth_factor must be positive, got " + FixedText(depth_factor));
-  HIGHWALL_REQUIRE(std::abs(inverse_depth_offset) < 1.0,
-                   "TumDatasetOptions::inverse_depth_offset must be within 1 / m, got " +
-                       FixedText(inverse_depth_offset));
-  depth_pattern.Validate();
-  HIGHWALL_REQUIRE(width >= 0 && height >= 0 && (width == 0) == (height == 0),
-                   "TumDatasetOptions::width and height must both be positive or both 0, got " +
-                       std::to_string(width) + " and " + std::to_string(height));
-  HIGHWALL_REQUIRE(std::isfinite(max_stamp_difference) && max_stamp_difference > 0.0,
-                   "TumDatasetOptions::max_stamp_difference must be positive, got " +
-                       FixedText(max_stamp_difference));
-}
-
-TumDataset::TumDataset(const std::filesystem::path& directory, const TumDatasetOptions& options)
-    : directory_(directory), options_(options) {
+TumDataset::TumDataset(const std::filesystem::path& directory,
+                       const std::optional<RgbdSensor>& sensor, const DatasetOptions& options)
+    : directory_(directory), sensor_(sensor.value_or(RgbdSensor())), options_(options) {
+  sensor_.Validate();
   options_.Validate();
+  if (!sensor) options_.any_size = true;
   RequireDirectory(directory_);
   ReadLists();
   Pair();
@@ -188,9 +175,9 @@ void TumDataset::Probe() {
                                                  : "the first: " + found.front().what));
   }
   median_depth_ = UpperMedian(std::move(depths));
-  if (const auto factor = LikelyDepthFactor(median_depth_, options_.depth_factor)) {
+  if (const auto factor = LikelyDepthFactor(median_depth_, sensor_.depth_factor)) {
     AddWarning(directory_.string() + ": the median depth is " + FourDigits(median_depth_) +
-               " m with depth factor " + FourDigits(options_.depth_factor) +
+               " m with depth factor " + FourDigits(sensor_.depth_factor) +
                (*factor > 0.0 ? "; the factor is likely " + FourDigits(*factor)
                               : "; no usual factor makes it plausible"));
   }
@@ -207,16 +194,17 @@ RgbdImage TumDataset::DoLoad(std::size_t index) const {
   if (raw.size() != image.bgr.size()) {
     throw IoError(depth.path, "is " + Size(raw) + ", but its colour image is " + Size(image.bgr));
   }
-  if (options_.width > 0 && (raw.cols != options_.width || raw.rows != options_.height)) {
+  const PinholeCamera& camera = sensor_.camera;
+  if (!options_.any_size && (raw.cols != camera.width || raw.rows != camera.height)) {
     throw IoError(depth.path, "is " + Size(raw) + ", but the camera is set to " +
-                                  std::to_string(options_.width) + " x " +
-                                  std::to_string(options_.height));
+                                  std::to_string(camera.width) + " x " +
+                                  std::to_string(camera.height));
   }
   if (!imu_file_ && cv::countNonZero(raw) == 0) {
     throw IoError(depth.path, "holds no depth: all zero");
   }
-  image.depth = MetricDepth(raw, options_.depth_factor, options_.inverse_depth_offset,
-                            options_.depth_pattern);
+  image.depth =
+      MetricDepth(raw, sensor_.depth_factor, sensor_.inverse_depth_offset, sensor_.depth_pattern);
   return image;
 }
 

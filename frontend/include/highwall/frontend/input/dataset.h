@@ -36,6 +36,16 @@ struct RgbdImage {
 cv::Mat MetricDepth(const cv::Mat& stored, double depth_factor, double inverse_depth_offset = 0.0,
                     const DepthPattern& pattern = {});
 
+// Options of the readers of recordings, each of which uses those that apply to its format.
+struct DatasetOptions {
+  // [s] > 0, between colour and depth of a frame, where each has a stamp of its own
+  double max_stamp_difference = 0.02;
+  // Whether images may have another size than the camera; otherwise they cannot be used.
+  bool any_size = false;
+
+  void Validate() const;  // throws InvalidArgument naming the field and its value
+};
+
 // A recorded RGB-D sequence, frames in the order of their stamps. A frame that cannot be used is
 // not fatal: Load() returns nothing and the reason is added to problems(). Load() and problems()
 // may be called from several threads at the same time.

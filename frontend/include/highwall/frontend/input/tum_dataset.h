@@ -10,6 +10,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/sensor.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
@@ -34,33 +35,22 @@ std::vector<TumImageFile> ReadTumImageList(const std::filesystem::path& list,
 std::vector<std::pair<std::size_t, std::size_t>> AssociateNearest(
     const std::vector<TumImageFile>& a, const std::vector<TumImageFile>& b, Stamp max_difference);
 
-// Options of TumDataset.
-struct TumDatasetOptions {
-  static constexpr double kMaxStampDifference = 0.02;
-
-  double depth_factor = 5000.0;       // [1/m] > 0: the stored value of one metre
-  double inverse_depth_offset = 0.0;  // [1/m] within 1: as RgbdSensor::inverse_depth_offset
-  DepthPattern depth_pattern{};       // as RgbdSensor::depth_pattern
-  int width = 0, height = 0;          // [px] the size every frame must have; 0: any
-  // [s] > 0, between colour and depth of a frame
-  double max_stamp_difference = kMaxStampDifference;
-
-  void Validate() const;  // throws InvalidArgument naming the field and its value
-};
-
 // A folder in the layout of the TUM RGB-D benchmark: rgb.txt and depth.txt (or associations.txt
 // instead of both: "stamp path stamp path" per line), the images they name, groundtruth.txt and the
 // readings of an IMU (FindImuFile) where they exist. The stamp of a frame is that of its colour
 // image. A frame without any depth cannot be used unless there is an IMU, which bridges it.
 class TumDataset final : public Dataset {
  public:
-  // Throws InvalidArgument for bad options, and IoError if a list is missing or malformed, if no
-  // colour image has a depth image in time, or if no frame at all can be used. Warns about lists as
-  // ReadTumImageList() does, if a quarter of the colour images has no depth in time, if the median
-  // depth of a few frames spread over the sequence is implausible, and about a ground truth that
-  // cannot be read: the images do not need it.
+  // sensor: converts the stored depth to metres, and its camera has the size of the images. Empty:
+  // the depth factor of the benchmark, and any size.
+  // Throws InvalidArgument for a bad sensor or bad options, and IoError if a list is missing or
+  // malformed, if no colour image has a depth image in time, or if no frame at all can be used.
+  // Warns about lists as ReadTumImageList() does, if a quarter of the colour images has no depth in
+  // time, if the median depth of a few frames spread over the sequence is implausible, and about a
+  // ground truth that cannot be read: the images do not need it.
   explicit TumDataset(const std::filesystem::path& directory,
-                      const TumDatasetOptions& options = {});
+                      const std::optional<RgbdSensor>& sensor = std::nullopt,
+                      const DatasetOptions& options = {});
 
   std::size_t size() const override { return frames_.size(); }
   Stamp stamp(std::size_t index) const override { return colour_[frames_.at(index).first].stamp; }
@@ -83,7 +73,8 @@ class TumDataset final : public Dataset {
   void Probe();
 
   std::filesystem::path directory_;
-  TumDatasetOptions options_;
+  RgbdSensor sensor_;
+  DatasetOptions options_;
   std::vector<TumImageFile> colour_, depth_;
   std::vector<std::pair<std::size_t, std::size_t>> frames_;  // indices in colour_ and depth_
   std::optional<std::filesystem::path> imu_file_;
