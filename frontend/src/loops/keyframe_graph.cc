@@ -52,8 +52,8 @@ PoseGraphEdge PresentEdge(const PoseGraph& graph, std::size_t i, std::size_t j,
           to,
           KindBetween(from, to),
           Z,
-          Information(steps * options.step_translation + options.drift_translation * Z.p().norm(),
-                      steps * options.step_rotation + options.drift_rotation * Z.Angle()),
+          Information(steps * kStepTranslation + options.drift_translation * Z.p().norm(),
+                      steps * kStepRotation + options.drift_rotation * Z.Angle()),
           /*trusted=*/true};
 }
 
