@@ -5,6 +5,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
+#include <highwall/core/sqrt_information.h>
 #include <highwall/internal/require.h>
 
 #include "imu_integrator.h"
@@ -114,6 +115,11 @@ bool ImuPreintegration::NeedsReintegration(const ImuBias& bias) const {
   const ImuBias change = bias - delta_.bias;
   return !(change.head<3>().norm() <= options_.max_gyroscope_change &&
            change.tail<3>().norm() <= options_.max_accelerometer_change);
+}
+
+bool ImuPreintegration::HasInformation() const {
+  std::string fault;
+  return internal::TrySqrtInformation(covariance_, &fault).has_value();
 }
 
 ImuPreintegration ImuPreintegration::Reintegrated(const ImuBias& bias) const {

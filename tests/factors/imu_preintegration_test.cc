@@ -319,6 +319,14 @@ TEST(ImuPreintegration, TwoReadingsGiveAProperCovariance) {
             1e-15 * imu.covariance().norm());
 }
 
+TEST(ImuPreintegration, ReadingsFarBeyondAnySensorHaveNoInformation) {
+  std::vector<ImuSample> readings;
+  for (int i = 0; i <= 20; ++i) readings.push_back({i * 5'000'000, {0, 0, 0}, {0, 0, 9.81}});
+  EXPECT_TRUE(ImuPreintegration(readings, ImuBias::Zero()).HasInformation());
+  readings[10].accelerometer.x() = 1e200;  // its square is not finite
+  EXPECT_FALSE(ImuPreintegration(readings, ImuBias::Zero()).HasInformation());
+}
+
 TEST(ImuPreintegration, AllocatesOnceHoweverManySamples) {
   const auto samples = SinusoidalMotion().Samples(200.0, 5.0);
   const auto count = [&](std::size_t n) {

@@ -1,9 +1,11 @@
+#include <cmath>
 #include <memory>
 #include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include <highwall/core/error.h>
 #include <highwall/core/manifolds.h>
 
 #include "inertial/inertial_window.h"
@@ -138,7 +140,8 @@ Driven Drive(const InertialSceneOptions& options, int images, const StartSigma& 
   const InertialPrior prior = Start(scene, 0.3, options.time_offset, sigma);
   Driven driven;
   driven.window = std::make_unique<InertialWindow>(
-      scene.calibration(), SlidingWindowOptions{.max_states = max_states}, prior, free_time_offset);
+      *InertialWindow::Make(scene.calibration(), SlidingWindowOptions{.max_states = max_states},
+                            prior, free_time_offset));
   InertialWindow& window = *driven.window;
   double read = 0.3;
   for (int k = 1; k <= images; ++k) {
@@ -291,7 +294,8 @@ TEST(CameraMotion, IsTheDerivativeOfItsPose) {
 TEST(InertialWindow, WithoutImagesTheCovarianceGrows) {
   InertialScene scene;
   const auto readings = scene.Readings(0.0, 1.0);
-  InertialWindow window(scene.calibration(), {}, Start(scene, 0.0, 0.0, {.t_d = 1e-9}), true);
+  InertialWindow window =
+      *InertialWindow::Make(scene.calibration(), {}, Start(scene, 0.0, 0.0, {.t_d = 1e-9}), true);
   double previous = 0.0;
   for (int k = 0; k < 8; ++k) {
     const std::size_t begin = static_cast<std::size_t>(20 * k);
@@ -314,7 +318,7 @@ TEST(InertialWindow, AStationaryBodyHasNoVelocity) {
     InertialPrior prior = Start(scene, 0.0, 0.0, {});
     prior.estimate.stamp = 0;
     prior.estimate.state.v_WB = Eigen::Vector3d(0.02, -0.02, 0.02);
-    InertialWindow window(scene.calibration(), {}, prior, false);
+    InertialWindow window = *InertialWindow::Make(scene.calibration(), {}, prior, false);
     const ImuPreintegration imu(readings, prior.estimate.bias);
     ASSERT_TRUE(window.Add({.imu = &imu, .stationary = stationary}));
     EXPECT_EQ(window.newest().state.v_WB.norm() < 0.01, stationary);
@@ -333,12 +337,29 @@ TEST(InertialWindow, SigmaOfGravityIsThatOfItsLessCertainAxis) {
     prior.estimate.covariance = sigma.cwiseProduct(sigma).asDiagonal();
     prior.gravity_W = UnitDirection(kGravity);
     prior.calibration_covariance = Eigen::Vector3d(0.01, 0.01, 0.01).asDiagonal();
-    InertialWindow window(ImuCalibration(), {}, prior, false);
+    InertialWindow window = *InertialWindow::Make(ImuCalibration(), {}, prior, false);
     const ImuPreintegration imu(readings, ImuBias::Zero());
     ASSERT_TRUE(window.Add({.imu = &imu, .stationary = true}));
     // The value is 1 / sqrt(1 / 0.1^2 + (g / 2)^2), plus a little for the other unknowns.
     EXPECT_NEAR(window.Prior().gravity_sigma(), 0.09, 0.005) << uncertain;
   }
+}
+
+TEST(InertialWindow, APriorThatIsNoGaussianMakesNoWindow) {
+  InertialScene scene;
+  const auto make = [&](const InertialPrior& prior) {
+    return InertialWindow::Make(scene.calibration(), {}, prior, true).has_value();
+  };
+  const InertialPrior good = Start(scene, 0.0, 0.0, {.t_d = 1e-9});
+  EXPECT_TRUE(make(good));
+  InertialPrior bad = good;
+  bad.estimate.covariance(3, 3) = -1.0;
+  EXPECT_FALSE(make(bad));
+  bad = good;
+  bad.estimate.state.v_WB.x() = NAN;
+  EXPECT_FALSE(make(bad));
+  EXPECT_THROW(InertialWindow::Make(scene.calibration(), {.max_states = 0}, good, true),
+               InvalidArgument);
 }
 
 // A window that starts from the prior of another one has the same information, couplings included.
@@ -348,7 +369,8 @@ TEST(InertialWindow, ContinuesFromThePriorOfAnotherWindow) {
     const InertialPrior prior = driven.window->Prior();
     const Matrix18 joint = prior.Joint();
     ASSERT_GT(prior.coupling.cwiseAbs().maxCoeff(), 0.0);
-    const InertialWindow next(InertialScene().calibration(), {}, prior, free_time_offset);
+    const InertialWindow next =
+        *InertialWindow::Make(InertialScene().calibration(), {}, prior, free_time_offset);
     EXPECT_TRUE(
         next.newest().state.T_WB.Matrix().isApprox(prior.estimate.state.T_WB.Matrix(), 1e-12));
     const int known = free_time_offset ? 18 : 17;
@@ -385,7 +407,7 @@ TEST(InertialWindow, JointCovarianceOfGravityAndBiasPredictsTheMotion) {
     InertialPrior prior;
     prior.gravity_W = UnitDirection(kGravity);
     prior.SetJoint(joint);
-    InertialWindow window(ImuCalibration(), {}, prior, false);
+    InertialWindow window = *InertialWindow::Make(ImuCalibration(), {}, prior, false);
     ASSERT_TRUE(window.Add({.imu = &imu}));
     const double velocity = std::sqrt(window.newest().covariance(6, 6));
     // Two contributions of 0.1 s at 9.81 m/s^2 times a hundredth; the rest is the noise of the

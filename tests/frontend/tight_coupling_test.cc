@@ -3,11 +3,15 @@
 #include "inertial/tight_coupling.h"
 
 #include <chrono>
+#include <cmath>
 #include <functional>
 #include <optional>
+#include <string>
 #include <thread>
 
 #include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
 
 #include "mapped_place.h"
 
@@ -27,10 +31,14 @@ class TightCouplingTest : public ::testing::Test {
     for (const ImuSample& reading : place_.scene().Readings(0.0, kStart)) buffer_.Add(reading);
     const InertialPrior prior = testing::Start(place_.scene(), kStart, 0.0, {.t_d = 1e-6});
     newest_ = prior.estimate.stamp;
-    coupling_.emplace(place_.scene().calibration(), place_.model(), options_, prior, background);
+    coupling_.emplace(
+        options_,
+        *VisualInertialWindow::Make(place_.scene().calibration(), place_.model(), options_, prior),
+        background);
   }
-  // Returns the stamp of the image; dark: it shows nothing.
-  Stamp Feed(bool dark = false) {
+  // Returns the stamp of the image; dark: it shows nothing. weight: of its readings. time_offset:
+  // [s] from its stamp to the end of the readings.
+  Stamp Feed(bool dark = false, double weight = 1.0, double time_offset = 0.0) {
     const double t = kStart + kImageStep * ++image_;
     for (const ImuSample& reading : place_.scene().Readings(read_ + 0.005, t + 0.05)) {
       buffer_.Add(reading);
@@ -43,7 +51,9 @@ class TightCouplingTest : public ::testing::Test {
       ++asked_;
       return place_.See(t);
     };
-    coupling_->Add({.imu = imu, .visual = std::nullopt}, Pose(), dark ? nullptr : see);
+    coupling_->Add(
+        {.imu = imu, .weight = weight, .visual = std::nullopt, .time_offset = time_offset}, Pose(),
+        dark ? nullptr : see);
     return to;
   }
   TightCoupling::Result Await() {
@@ -75,6 +85,25 @@ TEST_F(TightCouplingTest, InSynchronousModeTheResultOfAnImageIsThereAtOnce) {
     EXPECT_TRUE(result->since.empty());
     EXPECT_FALSE(coupling_->Take()) << "once";
   }
+}
+
+TEST_F(TightCouplingTest, ARejectedStepHasAReason) {
+  Begin();
+  Feed();
+  const TightCoupling::Result good = Await();
+  EXPECT_TRUE(good.update.accepted);
+  EXPECT_EQ(good.update.reason, "");
+  Feed(false, 1e308);  // the squares of such residuals are not finite
+  const TightCoupling::Result bad = Await();
+  EXPECT_FALSE(bad.update.accepted);
+  EXPECT_FALSE(bad.prior);
+  EXPECT_NE(bad.update.reason.find("ImuGravityFactor"), std::string::npos) << bad.update.reason;
+}
+
+TEST_F(TightCouplingTest, MisuseIsAnErrorAndNoRejectedStep) {
+  Begin();
+  Feed(false, 1.0, NAN);
+  EXPECT_THROW(Await(), InvalidArgument);
 }
 
 TEST_F(TightCouplingTest, LandmarksAreAskedForWhereItIsTimeForAState) {

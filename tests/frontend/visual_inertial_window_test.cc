@@ -45,7 +45,8 @@ class Drive {
       const Eigen::Vector3d position = Eigen::Vector3d::Constant(doubt * doubt);
       prior.estimate.covariance.diagonal().head<6>() << position, 0.01 * position;
     }
-    window_.emplace(truth.calibration(), place_.model(), options, prior);
+    window_.emplace(
+        *VisualInertialWindow::Make(truth.calibration(), place_.model(), options, prior));
   }
 
   // map_drifts [m/s]: along x. blind: images show nothing.
@@ -313,8 +314,8 @@ TEST(VisualInertialWindow, ContinuesFromThePriorOfAnotherWindow) {
   drive.Go(20);
   const InertialPrior prior = drive.window().Prior();
   MappedPlace place({});
-  const VisualInertialWindow next(place.scene().calibration(), place.model(), FewLandmarks(),
-                                  prior);
+  const VisualInertialWindow next = *VisualInertialWindow::Make(
+      place.scene().calibration(), place.model(), FewLandmarks(), prior);
   const InertialPrior same = next.Prior();
   EXPECT_EQ(same.estimate.stamp, prior.estimate.stamp);
   EXPECT_LT((same.estimate.state.v_WB - prior.estimate.state.v_WB).norm(), 1e-9);

@@ -49,8 +49,9 @@ class Problem {
         std::make_unique<VectorPrior<1>>(Scalar(1.0), Scalar(1.0 / options.prior_sigma)), scale_);
   }
 
-  // Each chain has its own gravity, so that its first pose can be held whatever its tilt.
-  void Add(const Chain& chain, const Eigen::Vector3d& gravity_W) {
+  // Each chain has its own gravity, so that its first pose can be held whatever its tilt. Returns
+  // false if readings have no information; the problem cannot be used then.
+  bool Add(const Chain& chain, const Eigen::Vector3d& gravity_W) {
     const Variable<UnitDirection> gravity = graph_.AddVariable(UnitDirection(gravity_W));
     Body before = AddBody(*chain.front());
     graph_.Fix(before.pose);
@@ -59,17 +60,19 @@ class Problem {
       const KeyFrame &from = *chain[i - 1], &to = *chain[i];
       const Body body = AddBody(to);
       const ImuBias& bias = from.motion->bias;
-      const ImuPreintegration& imu = *to.motion->from_previous;
-      graph_.AddFactor(
-          std::make_unique<ImuGravityFactor>(imu.NeedsReintegration(bias) ? imu.Reintegrated(bias)
-                                                                          : imu),
-          before.pose, before.velocity, before.bias, body.pose, body.velocity, body.bias, gravity);
+      const ImuPreintegration& stored = *to.motion->from_previous;
+      const ImuPreintegration imu =
+          stored.NeedsReintegration(bias) ? stored.Reintegrated(bias) : stored;
+      if (!imu.HasInformation()) return false;
+      graph_.AddFactor(std::make_unique<ImuGravityFactor>(imu), before.pose, before.velocity,
+                       before.bias, body.pose, body.velocity, body.bias, gravity);
       AddMotion(from.T_WC.Inverse() * to.T_WC, before.pose, body.pose);
       before = body;
     }
     keyframes_ += static_cast<int>(chain.size());
     // Six per motion, minus the first velocity and gravity.
     degrees_of_freedom_ += 6 * (static_cast<int>(chain.size()) - 1) - 5;
+    return true;
   }
 
   // Returns empty if the solution has no covariance.
@@ -156,13 +159,11 @@ std::optional<DepthScale> EstimateDepthScale(const Map& map, const Pose& T_BC,
   const auto gravity_W = [&](const Chain& chain) { return map.gravity_W(chain.front()->submap); };
   std::erase_if(chains, [&](const Chain& chain) { return !gravity_W(chain); });
   if (chains.empty()) return std::nullopt;
-  try {
-    Problem problem(T_BC, options);
-    for (const Chain& chain : chains) problem.Add(chain, *gravity_W(chain));
-    return problem.Solve();
-  } catch (const InvalidArgument&) {  // poses or readings without a solution
-    return std::nullopt;
+  Problem problem(T_BC, options);
+  for (const Chain& chain : chains) {
+    if (!problem.Add(chain, *gravity_W(chain))) return std::nullopt;
   }
+  return problem.Solve();
 }
 
 }  // namespace highwall

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/prior.h>
 #include <highwall/core/so3.h>
@@ -146,11 +145,7 @@ class Problem {
     std::vector<VariableId> ids = {poses_.back(), velocities_.back(), biases_.back(), gravity_,
                                    time_offset_};
     if (extrinsics_) ids.push_back(extrinsics_->T_BC);
-    std::optional<Eigen::MatrixXd> covariance;
-    try {
-      covariance = graph_.Covariance(ids);
-    } catch (const InvalidArgument&) {  // a factor that cannot be evaluated there
-    }
+    const std::optional<Eigen::MatrixXd> covariance = graph_.Covariance(ids);
     if (!covariance) return std::nullopt;
     InertialPrior result;
     result.estimate.stamp = stamp;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <highwall/core/error.h>
 #include <highwall/core/sqrt_information.h>
 #include <highwall/factors/imu_factor.h>
 #include <highwall/factors/zero_velocity.h>
@@ -252,27 +251,23 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
   reason_.clear();
 }
 
-InertialWindow InertialOdometry::Impl::MakeLoose(const InertialPrior& prior) const {
-  return InertialWindow(calibration_, {.max_states = options_.window_states}, prior,
-                        options_.estimate_time_offset);
+std::optional<InertialWindow> InertialOdometry::Impl::MakeLoose(const InertialPrior& prior) const {
+  return InertialWindow::Make(calibration_, {.max_states = options_.window_states}, prior,
+                              options_.estimate_time_offset);
 }
 
 void InertialOdometry::Impl::StartTight(const InertialPrior& prior) {
   tight_.Cancel();
   if (options_.coupling != InertialCoupling::kTight || !model_) return;
-  try {
-    tight_.Put(
-        std::make_unique<TightCoupling>(calibration_, *model_, options_, prior, background_));
-  } catch (const InvalidArgument&) {  // the loosely coupled smoother continues alone
-  }
+  auto window = VisualInertialWindow::Make(calibration_, *model_, options_, prior);
+  if (!window) return;  // the loosely coupled smoother continues alone
+  tight_.Put(std::make_unique<TightCoupling>(options_, std::move(*window), background_));
 }
 
 bool InertialOdometry::Impl::Start(const InertialPrior& prior) {
-  try {
-    window_ = MakeLoose(prior);
-  } catch (const InvalidArgument&) {  // an invalid covariance or a non-finite estimate
-    return false;
-  }
+  std::optional<InertialWindow> window = MakeLoose(prior);
+  if (!window) return false;
+  window_ = std::move(window);
   StartTight(prior);
   status_ = InertialStatus::kRunning;
   return true;
@@ -368,21 +363,18 @@ void InertialOdometry::Impl::Couple(const Observation& observation,
 std::optional<InertialWindow> InertialOdometry::Impl::Follow(
     const TightCoupling::Result& result) const {
   if (!result.prior) return std::nullopt;
-  try {
-    InertialWindow window = MakeLoose(*result.prior);
-    for (const TightCoupling::Image& image : result.since) {
-      const bool added = window.Add({.imu = &image.imu,
-                                     .weight = image.weight,
-                                     .visual = image.visual ? &*image.visual : nullptr,
-                                     .time_offset = image.time_offset,
-                                     .omega_B = image.omega_B,
-                                     .stationary = image.stationary});
-      if (!added) return std::nullopt;
-    }
-    return window;
-  } catch (const InvalidArgument&) {  // an invalid covariance
-    return std::nullopt;
+  std::optional<InertialWindow> window = MakeLoose(*result.prior);
+  if (!window) return std::nullopt;
+  for (const TightCoupling::Image& image : result.since) {
+    const bool added = window->Add({.imu = &image.imu,
+                                    .weight = image.weight,
+                                    .visual = image.visual ? &*image.visual : nullptr,
+                                    .time_offset = image.time_offset,
+                                    .omega_B = image.omega_B,
+                                    .stationary = image.stationary});
+    if (!added) return std::nullopt;
   }
+  return window;
 }
 
 void InertialOdometry::Impl::TakeOver(InertialReport* report) {

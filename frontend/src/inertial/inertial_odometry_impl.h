@@ -51,9 +51,8 @@ class InertialOdometry::Impl {
   // Starts both smoothers; returns false if the prior cannot be used.
   bool Start(const InertialPrior& prior);
   void StartTight(const InertialPrior& prior);
-  InertialWindow MakeLoose(const InertialPrior& prior) const;
-  // Adds the image to the tightly coupled smoother as well. step: the input of the loosely coupled
-  // one.
+  std::optional<InertialWindow> MakeLoose(const InertialPrior& prior) const;
+  // Adds the image to the tightly coupled smoother as well. step: that of the loosely coupled one.
   void Couple(const Observation& observation, const InertialWindow::Step& step);
   // Restarts the loosely coupled smoother from the result of the tightly coupled one, if there is
   // one. report: output.

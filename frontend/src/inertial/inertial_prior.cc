@@ -98,6 +98,12 @@ Matrix6 BodyByExtrinsics(const Pose& T_WB, const Pose& T_BC) {
   return J;
 }
 
+bool InertialPrior::IsFinite() const {
+  return estimate.state.T_WB.IsFinite() && estimate.state.v_WB.allFinite() &&
+         estimate.bias.allFinite() && gravity_W.vector().allFinite() &&
+         std::isfinite(time_offset) && (!T_BC || T_BC->IsFinite());
+}
+
 Eigen::MatrixXd InertialPrior::Joint() const {
   const Eigen::Index size = kN + calibration_covariance.rows();
   Eigen::MatrixXd joint(size, size);

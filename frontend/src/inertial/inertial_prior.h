@@ -50,6 +50,8 @@ struct InertialPrior {
   // 15 x 3 or 15 x 9 cross-covariance of the state with these.
   Eigen::Matrix<double, 15, Eigen::Dynamic> coupling = Eigen::Matrix<double, 15, 3>::Zero();
 
+  // Returns true if the values are finite; the covariances are not examined.
+  bool IsFinite() const;
   // Joint covariance, 18 x 18 or 24 x 24.
   Eigen::MatrixXd Joint() const;
   Eigen::MatrixXd JointWithoutTimeOffset() const;

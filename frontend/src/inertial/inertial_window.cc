@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include <highwall/core/error.h>
 #include <highwall/factors/camera_pose.h>
 #include <highwall/factors/imu_factor.h>
 #include <highwall/factors/zero_velocity.h>
@@ -17,6 +16,16 @@ namespace {
 using state_rows::kN;
 
 }  // namespace
+
+std::optional<InertialWindow> InertialWindow::Make(const ImuCalibration& calibration,
+                                                   const SlidingWindowOptions& options,
+                                                   const InertialPrior& prior,
+                                                   bool free_time_offset) {
+  if (!prior.IsFinite()) return std::nullopt;
+  InertialWindow window(calibration, options, prior, free_time_offset);
+  if (!window.Begin(prior)) return std::nullopt;
+  return window;
+}
 
 InertialWindow::InertialWindow(const ImuCalibration& calibration,
                                const SlidingWindowOptions& options, const InertialPrior& prior,
@@ -35,18 +44,20 @@ InertialWindow::InertialWindow(const ImuCalibration& calibration,
   }
   state_ = AddState(prior.estimate);
   if (!free_time_offset) smoother_.Fix(time_offset_);
-  AddPrior(prior);
-  const UpdateReport report = smoother_.Update();
-  HIGHWALL_REQUIRE(report.accepted, "InertialWindow: the prior was refused: " + report.message);
-  ReadNewest(prior.estimate.stamp);
 }
 
-void InertialWindow::AddPrior(const InertialPrior& prior) {
+bool InertialWindow::Begin(const InertialPrior& prior) {
+  if (!AddPrior(prior) || !smoother_.Update().accepted) return false;
+  ReadNewest(prior.estimate.stamp);
+  return true;
+}
+
+bool InertialWindow::AddPrior(const InertialPrior& prior) {
   std::vector<VariableId> ids = {state_.pose, state_.velocity, state_.bias, gravity_};
   if (free_time_offset_) ids.push_back(time_offset_);
   if (extrinsics_) ids.push_back(extrinsics_->T_BC);
-  AddJointPrior(free_time_offset_ ? prior.Joint() : prior.JointWithoutTimeOffset(), ids,
-                &smoother_);
+  return AddJointPrior(free_time_offset_ ? prior.Joint() : prior.JointWithoutTimeOffset(), ids,
+                       &smoother_);
 }
 
 InertialWindow::State InertialWindow::AddState(const InertialEstimate& estimate) {

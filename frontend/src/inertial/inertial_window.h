@@ -23,9 +23,11 @@ namespace highwall {
 // T_BC if the prior has it.
 class InertialWindow {
  public:
-  // free_time_offset: estimate it; otherwise it keeps the value of the prior.
-  InertialWindow(const ImuCalibration& calibration, const SlidingWindowOptions& options,
-                 const InertialPrior& prior, bool free_time_offset);
+  // free_time_offset: estimate it; otherwise it keeps the value of the prior. Returns empty if the
+  // prior is not finite or its covariance is not one. Throws InvalidArgument on bad options.
+  static std::optional<InertialWindow> Make(const ImuCalibration& calibration,
+                                            const SlidingWindowOptions& options,
+                                            const InertialPrior& prior, bool free_time_offset);
 
   // Input of a new state.
   struct Step {
@@ -57,8 +59,12 @@ class InertialWindow {
     Variable<Pose> T_BC;
     Variable<double> scale;  // of the depth: fixed
   };
+  // prior: finite. The window is to be used only once Begin() has returned true.
+  InertialWindow(const ImuCalibration& calibration, const SlidingWindowOptions& options,
+                 const InertialPrior& prior, bool free_time_offset);
+  bool Begin(const InertialPrior& prior);
   State AddState(const InertialEstimate& estimate);
-  void AddPrior(const InertialPrior& prior);
+  bool AddPrior(const InertialPrior& prior);
   void AddVisual(const Step& step, const State& state);
   void ReadNewest(Stamp stamp);
 

@@ -1,6 +1,8 @@
 #include "inertial/joint_prior.h"
 
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -11,8 +13,12 @@
 
 namespace highwall {
 
-void AddJointPrior(const Eigen::MatrixXd& covariance, std::span<const VariableId> variables,
+bool AddJointPrior(const Eigen::MatrixXd& covariance, std::span<const VariableId> variables,
                    SlidingWindowSmoother* smoother) {
+  std::string fault;
+  const std::optional<Eigen::MatrixXd> root = internal::TrySqrtInformation(covariance, &fault);
+  if (!root || !root->allFinite()) return false;
+  const Eigen::MatrixXd& A = *root;
   std::vector<MarginalPrior::Block> blocks;
   const FactorGraph& graph = smoother->graph();
   for (const VariableId& id : variables) {
@@ -20,10 +26,10 @@ void AddJointPrior(const Eigen::MatrixXd& covariance, std::span<const VariableId
     blocks.push_back({{block, block + graph.problem().ParameterBlockSize(block)},
                       graph.problem().GetManifold(block)});
   }
-  const Eigen::MatrixXd A = SqrtInformation(covariance);
   smoother->AddFactorToBlocks(
       std::make_shared<MarginalPrior>(std::move(blocks), A, Eigen::VectorXd::Zero(A.rows())),
       nullptr, variables);
+  return true;
 }
 
 }  // namespace highwall

@@ -10,8 +10,9 @@
 namespace highwall {
 
 // Adds a prior at the variables' current values with this joint covariance in their tangent spaces,
-// in that order: one MarginalPrior. Throws InvalidArgument if that is not a covariance.
-void AddJointPrior(const Eigen::MatrixXd& covariance, std::span<const VariableId> variables,
-                   SlidingWindowSmoother* smoother);
+// in that order: one MarginalPrior. Returns false, and adds nothing, if that is not a covariance.
+[[nodiscard]] bool AddJointPrior(const Eigen::MatrixXd& covariance,
+                                 std::span<const VariableId> variables,
+                                 SlidingWindowSmoother* smoother);
 
 }  // namespace highwall

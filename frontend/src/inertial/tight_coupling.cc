@@ -1,6 +1,5 @@
 #include "inertial/tight_coupling.h"
 
-#include <exception>
 #include <utility>
 
 #include <highwall/internal/stopwatch.h>
@@ -12,10 +11,9 @@ constexpr double kStampJitter = 5e-3;  // [s] by which an image may be early for
 
 }  // namespace
 
-TightCoupling::TightCoupling(const ImuCalibration& calibration, const MeasurementModel& model,
-                             const InertialOptions& options, const InertialPrior& prior,
+TightCoupling::TightCoupling(const InertialOptions& options, VisualInertialWindow window,
                              bool background)
-    : options_(options), background_(background), window_(calibration, model, options, prior) {}
+    : options_(options), background_(background), window_(std::move(window)) {}
 
 void TightCoupling::Add(Image image, const Pose& T_WM, const std::function<SeenLandmarks()>& see) {
   pending_ = pending_ ? pending_->Joined(image.imu) : image.imu;
@@ -38,10 +36,7 @@ void TightCoupling::Add(Image image, const Pose& T_WM, const std::function<SeenL
   since_.clear();
   task_.emplace(background_, [this](const std::stop_token& stop) {
     const Stopwatch watch;
-    try {
-      work_->update.accepted = window_.Add(work_->step, stop);
-    } catch (const std::exception&) {  // treated as a rejected step
-    }
+    work_->update.accepted = window_.Add(work_->step, stop, &work_->update.reason);
     work_->update.milliseconds = watch.Milliseconds();
   });
 }

@@ -44,15 +44,16 @@ class TightCoupling {
     std::vector<Image> since;
   };
 
-  // The parameters are those of VisualInertialWindow. background: on a thread of its own; otherwise
-  // Add() waits for it, and every run gives the same result.
-  TightCoupling(const ImuCalibration& calibration, const MeasurementModel& model,
-                const InertialOptions& options, const InertialPrior& prior, bool background = true);
+  // window: made with the same options. background: on a thread of its own; otherwise Add() waits
+  // for it, and every run gives the same result.
+  TightCoupling(const InertialOptions& options, VisualInertialWindow window,
+                bool background = true);
 
   // Adds an image. T_WM: pose of the map. see: returns its map observations, called only if a state
   // is due; empty without images, while readings accumulate.
   void Add(Image image, const Pose& T_WM, const std::function<SeenLandmarks()>& see);
-  // Returns the result once, when the work is done; immediately in synchronous mode.
+  // Returns the result once, when the work is done; immediately in synchronous mode. Rethrows the
+  // exception that ended the work, such as std::bad_alloc; in synchronous mode Add() throws it.
   std::optional<Result> Take();
   // Cancels the work, whose result will not be taken: it ends after the current iteration, as it
   // does in the destructor. Does not wait.

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <utility>
 
-#include <highwall/core/error.h>
 #include <highwall/core/prior.h>
 #include <highwall/core/relative_pose.h>
 #include <highwall/core/so3.h>
@@ -54,6 +53,16 @@ OrthonormalLine Placed(const Pose& T_VM, const SeenLine& seen) {
 
 }  // namespace
 
+std::optional<VisualInertialWindow> VisualInertialWindow::Make(const ImuCalibration& calibration,
+                                                               const MeasurementModel& model,
+                                                               const InertialOptions& options,
+                                                               const InertialPrior& prior) {
+  if (!prior.IsFinite()) return std::nullopt;
+  VisualInertialWindow window(calibration, model, options, prior);
+  if (!window.Begin(prior)) return std::nullopt;
+  return window;
+}
+
 VisualInertialWindow::VisualInertialWindow(const ImuCalibration& calibration,
                                            const MeasurementModel& model,
                                            const InertialOptions& options,
@@ -74,26 +83,31 @@ VisualInertialWindow::VisualInertialWindow(const ImuCalibration& calibration,
   time_offset_ = smoother_.AddCalibration(prior.time_offset);
   if (!options_.estimate_time_offset) smoother_.Fix(time_offset_);
   last_ = AddState(prior.estimate, Pose());
-  AddPrior(prior);
-  const UpdateReport report = smoother_.Update(QueriedVariables());
-  HIGHWALL_REQUIRE(report.accepted,
-                   "VisualInertialWindow: the prior was refused: " + report.message);
-  HIGHWALL_REQUIRE(report.covariance, "VisualInertialWindow: the prior leaves something open");
-  ReadNewest(prior.estimate.stamp);
-  ReadCovariance(*report.covariance);
 }
 
-void VisualInertialWindow::AddPrior(const InertialPrior& prior) {
+bool VisualInertialWindow::Begin(const InertialPrior& prior) {
+  if (!AddPrior(prior)) return false;
+  const UpdateReport report = smoother_.Update(QueriedVariables());
+  if (!report.accepted || !report.covariance) return false;
+  ReadNewest(prior.estimate.stamp);
+  ReadCovariance(*report.covariance);
+  return true;
+}
+
+bool VisualInertialWindow::AddPrior(const InertialPrior& prior) {
   std::vector<VariableId> ids = {last_.pose, last_.velocity, last_.bias, gravity_};
   if (options_.estimate_time_offset) ids.push_back(time_offset_);
   if (T_BC_) ids.push_back(*T_BC_);
-  AddJointPrior(options_.estimate_time_offset ? prior.Joint() : prior.JointWithoutTimeOffset(), ids,
-                &smoother_);
+  if (!AddJointPrior(options_.estimate_time_offset ? prior.Joint() : prior.JointWithoutTimeOffset(),
+                     ids, &smoother_)) {
+    return false;
+  }
   const VisualNoise& noise = options_.visual_noise;
   smoother_.AddFactor(
       std::make_unique<PosePrior>(
           Pose(), SqrtInformationOf(noise.position, noise.rotation, prior.estimate.state.T_WB.p())),
       last_.T_VW);
+  return true;
 }
 
 VisualInertialWindow::State VisualInertialWindow::AddState(const InertialEstimate& in_V,
@@ -114,10 +128,18 @@ void VisualInertialWindow::AddImuFactor(const State& before, const State& after,
   if (step.stationary) smoother_.AddFactor(std::make_unique<ZeroVelocity>(), after.velocity);
 }
 
-bool VisualInertialWindow::Add(const Step& step, const std::stop_token& stop) {
+bool VisualInertialWindow::Add(const Step& step, const std::stop_token& stop, std::string* reason) {
+  const std::string why = TryAdd(step, stop);
+  if (reason != nullptr) *reason = why;
+  return why.empty();
+}
+
+std::string VisualInertialWindow::TryAdd(const Step& step, const std::stop_token& stop) {
+  constexpr const char* kStopped = "it was stopped";
   *stopped_ = false;
   const std::stop_callback on_stop(stop, [this] { *stopped_ = true; });
-  if (*stopped_) return false;
+  if (*stopped_) return kStopped;
+  if (!step.imu->HasInformation()) return "its readings have no information";
   const Eigen::Vector3d gravity_V = kStandardGravity * smoother_.Value(gravity_).vector();
   const InertialEstimate predicted = Propagate(newest_V_, *step.imu, gravity_V);
   const State after = AddState(predicted, smoother_.Value(last_.T_VW));
@@ -134,11 +156,12 @@ bool VisualInertialWindow::Add(const Step& step, const std::stop_token& stop) {
   std::erase_if(lines_, [&](const auto& known) { return !smoother_.Contains(known.second); });
   if (!report.accepted) {
     last_ = before;
-    return false;
+    return report.message.empty() ? "the update was rejected" : report.message;
   }
   ReadNewest(predicted.stamp);
   if (report.covariance) ReadCovariance(*report.covariance);
-  return report.covariance.has_value() && !*stopped_;
+  if (*stopped_) return kStopped;
+  return report.covariance ? "" : "a direction of the new state is not observable";
 }
 
 std::vector<VariableId> VisualInertialWindow::QueriedVariables() const {

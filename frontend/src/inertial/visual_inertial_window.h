@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include <ceres/loss_function.h>
@@ -38,9 +39,13 @@ namespace highwall {
 // image is counted twice. Those of keyframes are counted each time that a landmark is added.
 class VisualInertialWindow {
  public:
-  // model: of the camera; its T_BC is not used. Throws InvalidArgument if the prior cannot be used.
-  VisualInertialWindow(const ImuCalibration& calibration, const MeasurementModel& model,
-                       const InertialOptions& options, const InertialPrior& prior);
+  // model: of the camera; its T_BC is not used. Returns empty if the prior is not finite, its
+  // covariance is not one, or it leaves a direction unobservable. Throws InvalidArgument on bad
+  // options.
+  static std::optional<VisualInertialWindow> Make(const ImuCalibration& calibration,
+                                                  const MeasurementModel& model,
+                                                  const InertialOptions& options,
+                                                  const InertialPrior& prior);
 
   // Input of a new state.
   struct Step {
@@ -54,8 +59,9 @@ class VisualInertialWindow {
   };
   // Returns false if the smoother rejected the step, leaves a direction of the new state
   // unobservable, or was stopped, which happens after the current iteration: Prior() is then that
-  // of the state before, or invalid, and no further step may be added.
-  bool Add(const Step& step, const std::stop_token& stop = {});
+  // of the state before, or invalid, and no further step may be added. reason: if not null, output
+  // of why it returns false, one line.
+  bool Add(const Step& step, const std::stop_token& stop = {}, std::string* reason = nullptr);
 
   // In W.
   const InertialEstimate& newest() const { return newest_; }
@@ -80,8 +86,14 @@ class VisualInertialWindow {
     std::shared_ptr<ceres::LossFunction> loss;
   };
 
+  // prior: finite. The window is to be used only once Begin() has returned true.
+  VisualInertialWindow(const ImuCalibration& calibration, const MeasurementModel& model,
+                       const InertialOptions& options, const InertialPrior& prior);
+  bool Begin(const InertialPrior& prior);
+  // Returns the reason why the step is rejected; empty if it is not.
+  std::string TryAdd(const Step& step, const std::stop_token& stop);
   State AddState(const InertialEstimate& in_V, const Pose& T_VW);
-  void AddPrior(const InertialPrior& prior);
+  bool AddPrior(const InertialPrior& prior);
   void AddImuFactor(const State& before, const State& after, const Step& step);
   std::shared_ptr<ceres::LossFunction> LossOf(const SeenLandmarks& seen) const;
   template <class Seen, class Landmark>

@@ -10,7 +10,6 @@
 
 #include <ceres/loss_function.h>
 
-#include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/prior.h>
 
@@ -81,14 +80,9 @@ class Alignment {
   // straight path the tilt is known by the prior alone, and need not be better. Infinite if it is
   // not determined.
   double AngleSigma() const {
-    try {
-      const auto covariance = graph_.Covariance(T_FW_);
-      if (!covariance) return std::numeric_limits<double>::infinity();
-      return std::sqrt(upright_ ? (*covariance)(5, 5)
-                                : covariance->diagonal().tail<3>().maxCoeff());
-    } catch (const InvalidArgument&) {  // a factor that cannot be evaluated there
-      return std::numeric_limits<double>::infinity();
-    }
+    const auto covariance = graph_.Covariance(T_FW_);
+    if (!covariance) return std::numeric_limits<double>::infinity();
+    return std::sqrt(upright_ ? (*covariance)(5, 5) : covariance->diagonal().tail<3>().maxCoeff());
   }
 
  private:

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <string>
+
 #include <Eigen/Core>
 
 #include <highwall/core/abi.h>
@@ -8,6 +11,9 @@ namespace [[gnu::visibility("default")]] highwall {
 
 namespace internal {
 Eigen::MatrixXd SqrtInformation(const Eigen::MatrixXd& covariance);
+// Returns empty, and the reason in `fault`, where that throws.
+std::optional<Eigen::MatrixXd> TrySqrtInformation(const Eigen::MatrixXd& covariance,
+                                                  std::string* fault);
 }  // namespace internal
 
 // Returns W, lower triangular, with W^T W = covariance^-1: |W r|^2 is the squared Mahalanobis norm

@@ -79,6 +79,9 @@ class ImuPreintegration {
   // Covariance, 15 x 15, of the error (true minus measured motion) and of the bias random walk
   // until the end.
   const Eigen::Matrix<double, 15, 15>& covariance() const { return covariance_; }
+  // Returns true if the covariance is positive definite, as ImuFactor requires. Rounding destroys
+  // this for readings far beyond the range of any sensor.
+  bool HasInformation() const;
   Stamp start() const { return samples_.front().stamp; }
   Stamp end() const { return samples_.back().stamp; }
   std::span<const ImuSample> samples() const { return samples_; }

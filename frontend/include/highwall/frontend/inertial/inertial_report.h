@@ -46,6 +46,7 @@ const char* ToString(InertialStatus status);
 struct TightUpdate {
   bool accepted = false;      // false: that smoother restarts from the loosely coupled one
   double milliseconds = 0.0;  // duration of the update
+  std::string reason{};       // why it was not accepted, one line
 };
 
 // Result of the IMU fusion of one image.
