@@ -162,17 +162,20 @@ std::optional<ImuInput> OpenImu(const Recording& recording, const OpenedDataset&
 
 CameraImuCalibration FitImu(const Recording& recording, const Trajectory& trajectory,
                             const ImuInput& imu, bool keep_depth) {
-  try {
-    const Progress progress("fitting");
-    return CalibrateCameraImu(trajectory, imu.samples,
-                              {.noise = imu.calibration.noise,
-                               .gyroscope_range = imu.calibration.gyroscope_range,
-                               .accelerometer_range = imu.calibration.accelerometer_range,
-                               .estimate_depth_scale = !keep_depth});
-  } catch (const InvalidArgument& error) {
+  const Progress progress("fitting");
+  std::string reason;
+  const std::optional<CameraImuCalibration> found =
+      CalibrateCameraImu(trajectory, imu.samples,
+                         {.noise = imu.calibration.noise,
+                          .gyroscope_range = imu.calibration.gyroscope_range,
+                          .accelerometer_range = imu.calibration.accelerometer_range,
+                          .estimate_depth_scale = !keep_depth},
+                         &reason);
+  if (!found) {
     throw IoError(recording.trajectory.empty() ? recording.dataset.string() : recording.trajectory,
-                  error.what());
+                  reason);
   }
+  return *found;
 }
 
 // Copies the IMU calibration to the configuration.

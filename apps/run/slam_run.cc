@@ -377,8 +377,10 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
   }
   if (options.calibrate && run->largest.submap != kNoId) {
     attempt("calibration of the camera", [&] {
+      std::string reason;
       run->camera = CalibrateCamera(slam.map(), ModelOf(slam.map(), sensor, options, *run),
-                                    run->largest.submap, *options.calibrate);
+                                    run->largest.submap, *options.calibrate, &reason);
+      if (!run->camera) throw std::runtime_error(reason);
     });
   }
   for (const std::filesystem::path& path : {options.save_map, options.keep_map}) {

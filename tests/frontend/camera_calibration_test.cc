@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <random>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -85,7 +86,7 @@ TEST(CameraCalibration, OffByOnePercentAreFoundWithinTheirStandardDeviations) {
   constexpr int kRuns = 5;
   for (unsigned seed = 1; seed <= kRuns; ++seed) {
     const CameraCalibration found =
-        CalibrateCamera(Walk(scene, {0.8, 0.8, 0.8}, 100 * seed), kModel);
+        *CalibrateCamera(Walk(scene, {0.8, 0.8, 0.8}, 100 * seed), kModel);
     const Eigen::Vector4d error = found.intrinsics - IntrinsicsOf(TrueSensor().camera);
     EXPECT_LT(error.cwiseAbs().maxCoeff(), 1.0) << error.transpose();  // it was off by 4 and 5
     EXPECT_TRUE((error.cwiseAbs().array() < 4.0 * found.sigma.array()).all()) << error.transpose();
@@ -111,7 +112,7 @@ TEST(CameraCalibration, OffsetsOfDepthAreFoundWithinTheirStandardDeviations) {
     for (const double offset : {0.0, kOffset}) {
       const Map map = Walk(scene, {0.8, 0.8, 0.8}, 100 * seed, offset);
       const CameraCalibration found =
-          CalibrateCamera(map, known, kFirstSubmap, {.intrinsics = false});
+          *CalibrateCamera(map, known, kFirstSubmap, {.intrinsics = false});
       const double error = found.inverse_depth_offset - offset;
       EXPECT_LT(std::abs(error), 4.0 * found.inverse_depth_sigma) << seed;
       EXPECT_LT(found.inverse_depth_sigma, 0.1 * std::abs(kOffset));
@@ -131,7 +132,7 @@ TEST(CameraCalibration, OffsetsOfDepthAreFoundWithinTheirStandardDeviations) {
 
 TEST(CameraCalibration, SeparatesOffsetsOfDepthFromIntrinsics) {
   const Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 100, kOffset);
-  const CameraCalibration found = CalibrateCamera(map, kModel);
+  const CameraCalibration found = *CalibrateCamera(map, kModel);
   EXPECT_LT(std::abs(found.inverse_depth_offset - kOffset), 4.0 * found.inverse_depth_sigma);
   EXPECT_LT(found.inverse_depth_sigma, 0.1 * std::abs(kOffset));
   const Eigen::Vector4d error = found.intrinsics - IntrinsicsOf(TrueSensor().camera);
@@ -152,7 +153,7 @@ TEST(CameraCalibration, APatternOfDepthIsFoundWithinItsStandardDeviations) {
       truth.nodes[node] = left + testing::Uniform(rng, -0.005, 0.005);
     }
     const Map map = Walk(scene, {0.8, 0.8, 0.8}, 100 * seed, kOffset, truth);
-    const CameraCalibration found = CalibrateCamera(
+    const CameraCalibration found = *CalibrateCamera(
         map, known, kFirstSubmap, {.intrinsics = false, .pattern_of = TrueSensor().camera});
     // The constant part, which both the offset and the pattern can represent, is in one of them by
     // chance.
@@ -182,8 +183,8 @@ TEST(CameraCalibration, APatternIsThatOfTheImageAsItIsStored) {
   const Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 100, 0.0, truth, stored);
   const auto error = [&](const PinholeCamera& camera) {
     const CameraCalibration found =
-        CalibrateCamera(map, MeasurementModel(TrueSensor(), {}), kFirstSubmap,
-                        {.intrinsics = false, .pattern_of = camera});
+        *CalibrateCamera(map, MeasurementModel(TrueSensor(), {}), kFirstSubmap,
+                         {.intrinsics = false, .pattern_of = camera});
     DepthPattern left{found.depth_pattern.nodes - truth.nodes};
     left.nodes.array() -= left.nodes.mean();  // the mean belongs to the offset
     return left.Rms();
@@ -193,8 +194,8 @@ TEST(CameraCalibration, APatternIsThatOfTheImageAsItIsStored) {
 
 TEST(CameraCalibration, AGivenPatternIsNotLookedFor) {
   const Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 100);
-  const CameraCalibration found =
-      CalibrateCamera(map, MeasurementModel(TrueSensor(), {}), kFirstSubmap, {.intrinsics = false});
+  const CameraCalibration found = *CalibrateCamera(map, MeasurementModel(TrueSensor(), {}),
+                                                   kFirstSubmap, {.intrinsics = false});
   EXPECT_TRUE(found.depth_pattern.IsZero());
   EXPECT_TRUE(found.depth_pattern_sigma.IsZero());
   EXPECT_FALSE(found.depth_pattern_seen);
@@ -211,8 +212,8 @@ TEST(CameraCalibration, NamesAHardlyObservablePattern) {
                   T_WC);
   }
   const CameraCalibration found =
-      CalibrateCamera(scene_map.map, MeasurementModel(TrueSensor(), {}), kFirstSubmap,
-                      {.intrinsics = false, .pattern_of = TrueSensor().camera});
+      *CalibrateCamera(scene_map.map, MeasurementModel(TrueSensor(), {}), kFirstSubmap,
+                       {.intrinsics = false, .pattern_of = TrueSensor().camera});
   EXPECT_FALSE(found.depth_pattern_seen);
   ASSERT_FALSE(found.advice.empty());
   EXPECT_NE(found.advice.back().find("pattern of depth"), std::string::npos);
@@ -222,8 +223,8 @@ TEST(CameraCalibration, NamesUnobservableParameters) {
   const Scene scene = MakeSurroundings();
   // The camera always looks ahead: a shifted principal point and a rotation are indistinguishable.
   const Map map = Walk(scene, {0.0, 0.0, 0.0}, 7);
-  const CameraCalibration found = CalibrateCamera(map, kModel);
-  const CameraCalibration turned = CalibrateCamera(Walk(scene, {0.8, 0.8, 0.8}, 7), kModel);
+  const CameraCalibration found = *CalibrateCamera(map, kModel);
+  const CameraCalibration turned = *CalibrateCamera(Walk(scene, {0.8, 0.8, 0.8}, 7), kModel);
   EXPECT_GT(found.sigma[2], 3.0 * turned.sigma[2]);
   EXPECT_GT(found.sigma[3], 3.0 * turned.sigma[3]);
   EXPECT_FALSE(found.advice.empty());
@@ -247,10 +248,10 @@ TEST(CameraCalibration, PointsWithoutDepthAreLeftOutWhereTheyWereSeenWithoutPara
       if (points[f] != kNoId) map.Observe(added.back(), static_cast<int>(f), points[f]);
     }
   }
-  const CameraCalibration without = CalibrateCamera(map, kModel);
+  const CameraCalibration without = *CalibrateCamera(map, kModel);
   const PointId far = map.Add<MapPoint>(T_WC * p_C, 0).id;
   for (const KeyFrameId id : added) map.Observe(id, static_cast<int>(points.size()), far);
-  const CameraCalibration with = CalibrateCamera(map, kModel);
+  const CameraCalibration with = *CalibrateCamera(map, kModel);
   EXPECT_EQ(with.points, without.points);
   EXPECT_EQ(with.intrinsics, without.intrinsics);
 
@@ -263,11 +264,20 @@ TEST(CameraCalibration, PointsWithoutDepthAreLeftOutWhereTheyWereSeenWithoutPara
     }
     keyframe.frame.features = half;
   }
-  EXPECT_GT(CalibrateCamera(map, kModel).points, 0.9 * without.points);
+  EXPECT_GT(CalibrateCamera(map, kModel)->points, 0.9 * without.points);
 }
 
-TEST(CameraCalibration, RefusesAMapWithoutInformationAndBadOptions) {
-  EXPECT_THROW(CalibrateCamera(Map(), kModel), InvalidArgument);
+TEST(CameraCalibration, AMapThatDoesNotDetermineTheCameraGivesNoneAndAReason) {
+  std::string reason;
+  EXPECT_FALSE(CalibrateCamera(Map(), kModel, kFirstSubmap, {}, &reason));
+  EXPECT_NE(reason.find("keyframes"), std::string::npos) << reason;
+  EXPECT_FALSE(CalibrateCamera(Map(), kModel));
+  const Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 1);
+  EXPECT_TRUE(CalibrateCamera(map, kModel, kFirstSubmap, {}, &reason));
+  EXPECT_EQ(reason, "");
+}
+
+TEST(CameraCalibration, RefusesBadOptions) {
   const Map map = Walk(MakeSurroundings(), {0.8, 0.8, 0.8}, 1);
   EXPECT_THROW(CalibrateCamera(map, kModel, kFirstSubmap, {.huber = 0.0}), InvalidArgument);
   EXPECT_THROW(CalibrateCamera(map, kModel, kFirstSubmap, {.inverse_depth = 0.0}), InvalidArgument);

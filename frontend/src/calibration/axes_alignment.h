@@ -1,6 +1,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 
 #include <highwall/core/pose.h>
 #include <highwall/core/trajectory.h>
@@ -21,9 +22,9 @@ struct AxesAlignment {
 // independently of the lever arm: rotations in closed form for each offset within +-max_time_offset
 // [s], of which the one with the least residual is chosen. poses: at least 8, in order; pairs
 // farther apart than max_interval [s], without readings, or with readings saturated at
-// gyroscope_range [rad/s] are ignored. Throws InvalidArgument if fewer than 8 pairs remain.
-AxesAlignment AlignAxes(const Trajectory& poses, const ImuBuffer& readings, double max_time_offset,
-                        double max_interval,
-                        double gyroscope_range = std::numeric_limits<double>::infinity());
+// gyroscope_range [rad/s] are ignored. Empty if fewer than 8 pairs remain.
+std::optional<AxesAlignment> AlignAxes(
+    const Trajectory& poses, const ImuBuffer& readings, double max_time_offset, double max_interval,
+    double gyroscope_range = std::numeric_limits<double>::infinity());
 
 }  // namespace highwall

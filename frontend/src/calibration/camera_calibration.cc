@@ -7,13 +7,13 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 #include <unordered_map>
 #include <vector>
 
 #include <ceres/loss_function.h>
 #include <Eigen/Cholesky>
 
-#include <highwall/core/error.h>
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/prior.h>
 #include <highwall/factors/intrinsic_reprojection.h>
@@ -122,11 +122,17 @@ class CameraGraph {
     }
   }
 
-  CameraCalibration Solve(const CameraCalibrationOptions& options) {
-    HIGHWALL_REQUIRE(poses_.size() >= 3, "less than three keyframes");
-    HIGHWALL_REQUIRE(points_ > 0, "no point that two keyframes see");
+  // Returns empty, and the reason, if the map does not determine the camera.
+  std::optional<CameraCalibration> Solve(const CameraCalibrationOptions& options,
+                                         std::string* reason) {
+    const auto fail = [reason](const std::string& why) {
+      *reason = why;
+      return std::nullopt;
+    };
+    if (poses_.size() < 3) return fail("less than three keyframes");
+    if (points_ == 0) return fail("no point that two keyframes see");
     const SolveSummary summary = graph_.Solve({.max_iterations = options.max_iterations});
-    HIGHWALL_REQUIRE(summary.IsUsable(), "calibration failed: " + summary.message);
+    if (!summary.IsUsable()) return fail("calibration failed: " + summary.message);
     CameraCalibration result;
     result.keyframes = static_cast<int>(poses_.size());
     result.points = points_;
@@ -138,25 +144,26 @@ class CameraGraph {
     result.intrinsics = graph_.Value(intrinsics_);
     result.sigma.setZero();
     if (options.intrinsics) {
-      result.sigma = growth * CovarianceOf(intrinsics_).diagonal().cwiseSqrt();
+      const auto covariance = graph_.Covariance(intrinsics_);
+      if (!covariance) return fail("calibration failed: " + graph_.Undetermined());
+      result.sigma = growth * covariance->diagonal().cwiseSqrt();
     }
     result.inverse_depth_offset = graph_.Value(inverse_depth_);
-    result.inverse_depth_sigma = growth * std::sqrt(CovarianceOf(inverse_depth_).value());
+    const auto depth_covariance = graph_.Covariance(inverse_depth_);
+    if (!depth_covariance) return fail("calibration failed: " + graph_.Undetermined());
+    result.inverse_depth_sigma = growth * std::sqrt(depth_covariance->value());
     const double depth = MedianDepth();
     result.inverse_depth_seen = result.inverse_depth_sigma * depth <= options.good_depth;
     if (!pattern_of_) return result;
     result.depth_pattern.nodes = graph_.Value(pattern_);
-    result.depth_pattern_sigma.nodes = growth * CovarianceOf(pattern_).diagonal().cwiseSqrt();
+    const auto pattern_covariance = graph_.Covariance(pattern_);
+    if (!pattern_covariance) return fail("calibration failed: " + graph_.Undetermined());
+    result.depth_pattern_sigma.nodes = growth * pattern_covariance->diagonal().cwiseSqrt();
     result.depth_pattern_seen = result.depth_pattern_sigma.Rms() * depth <= options.good_depth;
     return result;
   }
 
  private:
-  Eigen::MatrixXd CovarianceOf(const VariableId& variable) const {
-    const auto covariance = graph_.Covariance(variable);
-    HIGHWALL_REQUIRE(covariance, "calibration failed: " + graph_.Undetermined());
-    return *covariance;
-  }
   static Eigen::Vector4d Known(const PinholeCamera& camera) {
     return {camera.fx, camera.fy, camera.cx, camera.cy};
   }
@@ -254,25 +261,32 @@ void CameraCalibrationOptions::Validate() const {
   RequireAtLeast(max_iterations, 1, "CameraCalibrationOptions::max_iterations");
 }
 
-CameraCalibration CalibrateCamera(const Map& map, const MeasurementModel& model, SubmapId submap,
-                                  const CameraCalibrationOptions& options) {
-  return CalibrateCamera(map, model, map.KeyFramesOf(submap), options);
+std::optional<CameraCalibration> CalibrateCamera(const Map& map, const MeasurementModel& model,
+                                                 SubmapId submap,
+                                                 const CameraCalibrationOptions& options,
+                                                 std::string* reason) {
+  return CalibrateCamera(map, model, map.KeyFramesOf(submap), options, reason);
 }
 
-CameraCalibration CalibrateCamera(const Map& map, const MeasurementModel& model,
-                                  std::span<const KeyFrameId> keyframes,
-                                  const CameraCalibrationOptions& options) {
+std::optional<CameraCalibration> CalibrateCamera(const Map& map, const MeasurementModel& model,
+                                                 std::span<const KeyFrameId> keyframes,
+                                                 const CameraCalibrationOptions& options,
+                                                 std::string* reason) {
   options.Validate();
   CameraGraph graph(map, model, options);
   graph.AddKeyFrames(keyframes);
   graph.AddPoints();
-  CameraCalibration found = graph.Solve(options);
+  std::string why;
+  std::optional<CameraCalibration> solved = graph.Solve(options, &why);
+  if (reason != nullptr) *reason = why;
+  if (!solved) return std::nullopt;
+  CameraCalibration& found = *solved;
   for (int i = 0; i < 4; ++i) {
     found.seen[static_cast<std::size_t>(i)] =
         options.intrinsics && found.sigma[i] <= options.good_share * found.intrinsics[i % 2];
   }
   found.advice = Advice(found, options.intrinsics, options.pattern_of.has_value());
-  return found;
+  return solved;
 }
 
 }  // namespace highwall

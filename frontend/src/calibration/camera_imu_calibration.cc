@@ -150,10 +150,11 @@ class CalibrationGraph {
     }
   }
 
-  void Solve(Estimate* estimate) {
+  // Returns the reason why there is no solution; empty if there is one.
+  std::string Solve(Estimate* estimate) {
     const SolveSummary summary =
         graph_.Solve({.max_iterations = 30, .linear_solver = LinearSolver::kSparseCholesky});
-    HIGHWALL_REQUIRE(summary.IsUsable(), "calibration failed: " + summary.message);
+    if (!summary.IsUsable()) return "calibration failed: " + summary.message;
     estimate->T_BC = graph_.Value(T_BC_);
     estimate->time_offset = graph_.Value(time_offset_);
     estimate->depth_scale = graph_.Value(depth_scale_);
@@ -162,6 +163,7 @@ class CalibrationGraph {
       estimate->states[i] = {graph_.Value(states_[i].pose), graph_.Value(states_[i].velocity)};
       estimate->biases[i] = graph_.Value(states_[i].bias);
     }
+    return "";
   }
 
   Residuals PoseResiduals() const {
@@ -181,17 +183,19 @@ class CalibrationGraph {
     return residuals;
   }
 
-  Covariances Covariance() const {
+  // Empty if the solution is not determined, by the variable that Undetermined() names.
+  std::optional<Covariances> Covariance() const {
     const State& middle = states_[states_.size() / 2];
     const std::array<VariableId, 4> ids = {T_BC_, time_offset_, depth_scale_, middle.bias};
     const auto determined = graph_.Covariance(ids);
-    HIGHWALL_REQUIRE(determined, "calibration failed: " + graph_.Undetermined());
+    if (!determined) return std::nullopt;
     const Eigen::MatrixXd& P = *determined;
-    return {.T_BC = P.topLeftCorner<6, 6>(),
-            .time_offset = P(6, 6),
-            .depth_scale = P(7, 7),
-            .bias = P.diagonal().segment<6>(8)};
+    return Covariances{.T_BC = P.topLeftCorner<6, 6>(),
+                       .time_offset = P(6, 6),
+                       .depth_scale = P(7, 7),
+                       .bias = P.diagonal().segment<6>(8)};
   }
+  std::string Undetermined() const { return graph_.Undetermined(); }
 
  private:
   struct State {
@@ -270,9 +274,9 @@ class CalibrationGraph {
 };
 
 // Initial guess: camera poses transformed to the body, velocities by differences, gravity by the
-// accelerometer.
-Estimate FirstEstimate(const Trajectory& camera, const ImuBuffer& readings,
-                       const AxesAlignment& axes) {
+// accelerometer. Empty if its readings are zero.
+std::optional<Estimate> FirstEstimate(const Trajectory& camera, const ImuBuffer& readings,
+                                      const AxesAlignment& axes) {
   Estimate estimate{.T_BC = Pose(axes.q_BC, Eigen::Vector3d::Zero()),
                     .time_offset = axes.time_offset,
                     .depth_scale = 1.0,
@@ -297,7 +301,7 @@ Estimate FirstEstimate(const Trajectory& camera, const ImuBuffer& readings,
       }
     }
   }
-  HIGHWALL_REQUIRE(force.norm() > 0.0, "no accelerometer: its readings are zero");
+  if (!(force.norm() > 0.0)) return std::nullopt;
   estimate.gravity = UnitDirection(Eigen::Vector3d(-force));
   return estimate;
 }
@@ -355,33 +359,20 @@ void CameraImuCalibrationOptions::Validate() const {
                         "CameraImuCalibrationOptions::accelerometer_bias_sigma");
 }
 
-CameraImuCalibration CalibrateCameraImu(const Trajectory& camera,
-                                        std::span<const ImuSample> readings,
-                                        const CameraImuCalibrationOptions& options) {
-  options.Validate();
-  const Trajectory thinned = Thinned(camera, options.interval);
-  ImuBuffer buffer({.max_step = 0.1, .horizon = 1e9});
-  for (const ImuSample& sample : readings) buffer.Add(sample);
-  const AxesAlignment axes = AlignAxes(thinned, buffer, options.max_time_offset,
-                                       options.max_interval, options.gyroscope_range);
-  const Trajectory poses =
-      WithReadingsBetween(thinned, buffer, axes.time_offset, options.max_interval);
-  HIGHWALL_REQUIRE(static_cast<double>(poses.size()) * options.interval >= kShortest,
-                   "camera and readings share less than two seconds");
-  HIGHWALL_REQUIRE(axes.excitation >= kLeastTurn,
-                   "the motion turns about one axis at most: turn the camera about all three");
-  HIGHWALL_REQUIRE(axes.error <= kWorstTurns * axes.excitation,
-                   "the turns of the camera are not those of the gyroscope: rad/s? the same "
-                   "recording? clocks that are less than 0.2 s apart?");
+namespace {
 
-  Estimate estimate = FirstEstimate(poses, buffer, axes);
-  CameraImuCalibration result;
+// Solves from the initial guess on. Returns the reason why that failed; empty if it did not.
+std::string Refine(const Trajectory& poses, const ImuBuffer& buffer,
+                   const CameraImuCalibrationOptions& options, Estimate estimate,
+                   CameraImuCalibration* calibration) {
+  CameraImuCalibration& result = *calibration;
   double position_sigma = kGuessOfPosition, rotation_sigma = kGuessOfRotation;
   constexpr int kRounds = 5;
   for (int round = 0; round < kRounds; ++round) {
     CalibrationGraph graph(poses, buffer, estimate, options);
     graph.Build(position_sigma, rotation_sigma);
-    graph.Solve(&estimate);
+    const std::string fault = graph.Solve(&estimate);
+    if (!fault.empty()) return fault;
     const Residuals residuals = graph.PoseResiduals();
     result.position_error = residuals.Rms(0);
     result.rotation_error = residuals.Rms(3);
@@ -393,24 +384,66 @@ CameraImuCalibration CalibrateCameraImu(const Trajectory& camera,
     position_sigma = inflated(0);
     rotation_sigma = inflated(3);
     if (round + 1 < kRounds) continue;
-    const Covariances P = graph.Covariance();
-    result.lever_arm_sigma = P.T_BC.diagonal().head<3>().cwiseSqrt();
-    result.rotation_sigma = P.T_BC.diagonal().tail<3>().cwiseSqrt();
-    result.time_offset_sigma = std::sqrt(P.time_offset);
-    result.depth_scale_sigma = std::sqrt(P.depth_scale);
-    result.bias_sigma = P.bias.cwiseSqrt();
-    result.advice = Advice(result, P.T_BC, options.estimate_depth_scale);
+    const std::optional<Covariances> P = graph.Covariance();
+    if (!P) return "calibration failed: " + graph.Undetermined();
+    result.lever_arm_sigma = P->T_BC.diagonal().head<3>().cwiseSqrt();
+    result.rotation_sigma = P->T_BC.diagonal().tail<3>().cwiseSqrt();
+    result.time_offset_sigma = std::sqrt(P->time_offset);
+    result.depth_scale_sigma = std::sqrt(P->depth_scale);
+    result.bias_sigma = P->bias.cwiseSqrt();
+    result.advice = Advice(result, P->T_BC, options.estimate_depth_scale);
   }
-  HIGHWALL_REQUIRE(
+  const bool is_motion_of_imu =
       result.position_error <= kWorstPosition && result.rotation_error <= kWorstRotation &&
-          estimate.depth_scale <= kWorstScale && estimate.depth_scale >= 1.0 / kWorstScale,
-      "the motion of the camera is not that of the accelerometer: its sign? m/s^2? depth_factor? "
-      "readings that end where it does (imu: accelerometer_range)?");
+      estimate.depth_scale <= kWorstScale && estimate.depth_scale >= 1.0 / kWorstScale;
+  if (!is_motion_of_imu) {
+    return "the motion of the camera is not that of the accelerometer: its sign? m/s^2? "
+           "depth_factor? readings that end where it does (imu: accelerometer_range)?";
+  }
   result.T_BC = estimate.T_BC;
   result.time_offset = estimate.time_offset;
   result.depth_scale = estimate.depth_scale;
   result.bias = estimate.biases[estimate.biases.size() / 2];
   result.poses = static_cast<int>(poses.size());
+  return "";
+}
+
+}  // namespace
+
+std::optional<CameraImuCalibration> CalibrateCameraImu(const Trajectory& camera,
+                                                       std::span<const ImuSample> readings,
+                                                       const CameraImuCalibrationOptions& options,
+                                                       std::string* reason) {
+  options.Validate();
+  const auto fail = [reason](const std::string& why) {
+    if (reason != nullptr) *reason = why;
+    return std::nullopt;
+  };
+  const Trajectory thinned = Thinned(camera, options.interval);
+  ImuBuffer buffer({.max_step = 0.1, .horizon = 1e9});
+  for (const ImuSample& sample : readings) buffer.Add(sample);
+  const std::optional<AxesAlignment> axes = AlignAxes(
+      thinned, buffer, options.max_time_offset, options.max_interval, options.gyroscope_range);
+  if (!axes) return fail("camera and readings share fewer than 8 motions: other clocks?");
+  const Trajectory poses =
+      WithReadingsBetween(thinned, buffer, axes->time_offset, options.max_interval);
+  if (!(static_cast<double>(poses.size()) * options.interval >= kShortest)) {
+    return fail("camera and readings share less than two seconds");
+  }
+  if (!(axes->excitation >= kLeastTurn)) {
+    return fail("the motion turns about one axis at most: turn the camera about all three");
+  }
+  if (!(axes->error <= kWorstTurns * axes->excitation)) {
+    return fail(
+        "the turns of the camera are not those of the gyroscope: rad/s? the same recording? clocks "
+        "that are less than 0.2 s apart?");
+  }
+  const std::optional<Estimate> first = FirstEstimate(poses, buffer, *axes);
+  if (!first) return fail("no accelerometer: its readings are zero");
+  CameraImuCalibration result;
+  const std::string fault = Refine(poses, buffer, options, *first, &result);
+  if (!fault.empty()) return fail(fault);
+  if (reason != nullptr) reason->clear();
   return result;
 }
 

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include <highwall/core/error.h>
 #include <highwall/frontend/calibration/camera_calibration.h>
 #include <highwall/frontend/local/bundle_adjustment.h>
 
@@ -87,17 +86,14 @@ class DepthDistortionEstimator::Job {
   std::optional<DepthPattern> Find() {
     std::vector<KeyFrameId> ids = MadeIn(map_, submap_, given_);
     if (ids.size() > std::size_t{kMost}) ids.erase(ids.begin(), ids.end() - kMost);
-    try {
-      const CameraCalibration found =
-          CalibrateCamera(map_, model_, ids, {.intrinsics = false, .pattern_of = camera_});
-      if (!found.depth_pattern_seen) return std::nullopt;
-      sigma_ = found.depth_pattern_sigma.Rms();
-      const bool counts = known_sigma_ ? sigma_ < kBetter * *known_sigma_
-                                       : found.depth_pattern.Rms() > kBeyond * sigma_;
-      return counts ? std::optional(found.depth_pattern) : std::nullopt;
-    } catch (const InvalidArgument&) {  // no points, or only points the solver cannot distinguish
-      return std::nullopt;
-    }
+    // Empty without points, or with points only that the solver cannot distinguish.
+    const std::optional<CameraCalibration> found =
+        CalibrateCamera(map_, model_, ids, {.intrinsics = false, .pattern_of = camera_});
+    if (!found || !found->depth_pattern_seen) return std::nullopt;
+    sigma_ = found->depth_pattern_sigma.Rms();
+    const bool counts = known_sigma_ ? sigma_ < kBetter * *known_sigma_
+                                     : found->depth_pattern.Rms() > kBeyond * sigma_;
+    return counts ? std::optional(found->depth_pattern) : std::nullopt;
   }
 
   void Adjust(const DepthPattern& pattern, const std::stop_token& stop) {

@@ -57,16 +57,19 @@ struct CameraCalibration {
 
 // Adjusts all keyframes and points of a submap, and of all merged with it, together with the camera
 // that recorded it; the map is not changed. Points without depth and without parallax are left out.
-// Pixels are undistorted with the known distortion. Throws InvalidArgument with the reason for bad
-// options, if the map has fewer than three keyframes or no such point that two of them see, and if
-// the solver fails.
+// Pixels are undistorted with the known distortion. Returns empty if the map has fewer than three
+// keyframes or no such point that two of them see, if the solver fails, and if the solution has no
+// covariance. reason: if not null, output of which of these, one line. Throws InvalidArgument for
+// bad options.
 // See docs/calibration.md, Intrinsics and Depth that reads too long.
-CameraCalibration CalibrateCamera(const Map& map, const MeasurementModel& model,
-                                  SubmapId submap = kFirstSubmap,
-                                  const CameraCalibrationOptions& options = {});
+std::optional<CameraCalibration> CalibrateCamera(const Map& map, const MeasurementModel& model,
+                                                 SubmapId submap = kFirstSubmap,
+                                                 const CameraCalibrationOptions& options = {},
+                                                 std::string* reason = nullptr);
 // The same for these keyframes, active and ascending, and the points that they see.
-CameraCalibration CalibrateCamera(const Map& map, const MeasurementModel& model,
-                                  std::span<const KeyFrameId> keyframes,
-                                  const CameraCalibrationOptions& options = {});
+std::optional<CameraCalibration> CalibrateCamera(const Map& map, const MeasurementModel& model,
+                                                 std::span<const KeyFrameId> keyframes,
+                                                 const CameraCalibrationOptions& options = {},
+                                                 std::string* reason = nullptr);
 
 }  // namespace highwall

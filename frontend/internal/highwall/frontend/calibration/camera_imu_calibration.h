@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <span>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,15 +51,16 @@ struct CameraImuCalibration {
 // a recording with rotations about all axes: one batch over all of it. camera: T_WC from the images
 // alone, in the clock of the camera, as from `highwall slam --imu off`; a minute of it. No initial
 // guess is needed. Standard deviations are scaled with the scatter of the poses and with the
-// correlation time of their errors. Throws InvalidArgument with the reason if camera and readings
-// share less than two seconds, if the rotation is too small to determine the axes, if camera and
-// IMU are inconsistent, and for bad options. See docs/calibration.md.
+// correlation time of their errors. Returns empty if camera and readings share less than two
+// seconds, if the rotation is too small to determine the axes, and if camera and IMU are
+// inconsistent. reason: if not null, output of which of these, one line. Throws InvalidArgument for
+// bad options. See docs/calibration.md.
 //
 // Source: Furgale, Rehder, Siegwart, "Unified temporal and spatial calibration for multi-sensor
 // systems", IROS 2013, with preintegrated states for the spline; rotation between the axes: Arun,
 // Huang, Blostein, PAMI 9(5), 1987.
-CameraImuCalibration CalibrateCameraImu(const Trajectory& camera,
-                                        std::span<const ImuSample> readings,
-                                        const CameraImuCalibrationOptions& options = {});
+std::optional<CameraImuCalibration> CalibrateCameraImu(
+    const Trajectory& camera, std::span<const ImuSample> readings,
+    const CameraImuCalibrationOptions& options = {}, std::string* reason = nullptr);
 
 }  // namespace highwall
