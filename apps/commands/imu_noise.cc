@@ -111,13 +111,13 @@ Findings Find(const ImuNoiseArguments& arguments) {
                   "are missing or rarer than 20 Hz and a bias above 0.1 rad/s are no rest): record "
                   "it lying still, or take the readings as they are with --assume-rest");
   }
-  try {
-    const Progress progress("fitting");
-    found.estimate = EstimateImuNoise(found.samples, found.rest);
-  } catch (const InvalidArgument&) {
+  const Progress progress("fitting");
+  const std::optional<ImuNoiseEstimate> estimate = EstimateImuNoise(found.samples, found.rest);
+  if (!estimate) {
     throw IoError(arguments.input,
                   "has too few readings at rest that change: 48 without a gap are the least");
   }
+  found.estimate = *estimate;
   return found;
 }
 

@@ -5,6 +5,7 @@
 #include <CLI/Validators.hpp>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -86,7 +87,15 @@ void Align(const std::vector<std::string>& trajectories, Points& points) {
     a.col(column) = reference[matches[i].reference].pose.p();
     b.col(column) = estimate[matches[i].estimate].pose.p();
   }
-  const Pose T_RM = AlignUmeyama(a, b, false).T_AB;
+  const std::optional<Similarity> alignment = AlignUmeyama(a, b, false);
+  if (!alignment) {
+    throw IoError(trajectories[0], "cannot be aligned with " + trajectories[1] +
+                                       ": of the positions at the same "
+                                       "time there are " +
+                                       std::to_string(matches.size()) +
+                                       ", or all lie on one line: three that do not are needed");
+  }
+  const Pose T_RM = alignment->T_AB;
   for (Eigen::Vector3f& p : points) p = (T_RM * p.cast<double>()).cast<float>();
 }
 

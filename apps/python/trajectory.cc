@@ -147,7 +147,7 @@ void BindTrajectory(py::module_& module) {
       },
       py::arg("a"), py::arg("b"), py::arg("with_scale") = false,
       "The Similarity, rigid unless with_scale, that lays b on a by least squares; both n x 3 "
-      "[m].");
+      "[m]. None where the points do not determine it.");
   const RelativePoseErrorOptions relative;
   module.def(
       "relative_pose_error",

@@ -125,7 +125,9 @@ class Model {
                          " poses at stamps that the reference covers without a hole are too few "
                          "to explain the error: it takes " +
                          std::to_string(4 * options_.pieces));
-    const Similarity S = internal::AlignPositions(a.leftCols(count), b.leftCols(count), false).S_AB;
+    std::string none;  // sixteen positions without a scale always have an alignment
+    const Similarity S =
+        internal::AlignPositions(a.leftCols(count), b.leftCols(count), false, &none).value().S_AB;
     Evaluation result{std::vector<std::optional<Eigen::Vector3d>>(n),
                       std::vector<NormalEquations>(static_cast<std::size_t>(options_.pieces))};
     for (Eigen::Index k = 0; k < count; ++k) {

@@ -60,13 +60,15 @@ Eigen::Matrix3d TurnOfAttitudes(const Trajectory& a, const Trajectory& b, const 
 
 }  // namespace
 
-PositionAlignment AlignPositions(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b,
-                                 bool with_scale) {
+std::optional<PositionAlignment> AlignPositions(const Eigen::Matrix3Xd& a,
+                                                const Eigen::Matrix3Xd& b, bool with_scale,
+                                                std::string* fault) {
   HIGHWALL_REQUIRE(a.cols() == b.cols(), "alignment needs as many points on either side");
   HIGHWALL_REQUIRE(a.allFinite() && b.allFinite(), "alignment needs finite points");
   if (a.cols() < 3) {
-    throw InvalidArgument("alignment by se3 or sim3 needs three matched poses, found " +
-                          std::to_string(a.cols()) + ": align by origin or none");
+    *fault = "alignment by se3 or sim3 needs three matched poses, found " +
+             std::to_string(a.cols()) + ": align by origin or none";
+    return std::nullopt;
   }
   const auto n = static_cast<double>(a.cols());
   const Eigen::Vector3d mean_a = a.rowwise().mean();  // Eq. 35
@@ -85,9 +87,10 @@ PositionAlignment AlignPositions(const Eigen::Matrix3Xd& a, const Eigen::Matrix3
     alignment.line_A = svd.matrixU().col(0);
   }
   if (with_scale && alignment.open == OpenRotation::kAll) {
-    throw InvalidArgument(
+    *fault =
         "alignment with a scale is not determined, since all matched positions lie in one point: "
-        "align by se3, origin or none");
+        "align by se3, origin or none";
+    return std::nullopt;
   }
   Eigen::Vector3d s = Eigen::Vector3d::Ones();
   if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0) s(2) = -1.0;  // Eq. 39, 43
@@ -98,7 +101,10 @@ PositionAlignment AlignPositions(const Eigen::Matrix3Xd& a, const Eigen::Matrix3
 }
 
 PositionAlignment AlignPoses(const Trajectory& a, const Trajectory& b, bool with_scale) {
-  PositionAlignment alignment = AlignPositions(Positions(a), Positions(b), with_scale);
+  std::string fault;
+  const auto found = AlignPositions(Positions(a), Positions(b), with_scale, &fault);
+  HIGHWALL_REQUIRE(found, fault);
+  PositionAlignment alignment = *found;
   if (alignment.open == OpenRotation::kNone) return alignment;
   const Pose& T_AB = alignment.S_AB.T_AB;
   const Eigen::Matrix3d turn = TurnOfAttitudes(a, b, T_AB.R(), alignment);
@@ -110,14 +116,12 @@ PositionAlignment AlignPoses(const Trajectory& a, const Trajectory& b, bool with
 
 }  // namespace internal
 
-Similarity AlignUmeyama(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b, bool with_scale) {
-  const internal::PositionAlignment alignment = internal::AlignPositions(a, b, with_scale);
-  if (alignment.open != OpenRotation::kNone) {
-    throw InvalidArgument(
-        "alignment by se3 or sim3 is not determined, since all matched positions lie on one line "
-        "or in one point: align by origin or none");
-  }
-  return alignment.S_AB;
+std::optional<Similarity> AlignUmeyama(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b,
+                                       bool with_scale) {
+  std::string fault;
+  const auto alignment = internal::AlignPositions(a, b, with_scale, &fault);
+  if (!alignment || alignment->open != OpenRotation::kNone) return std::nullopt;
+  return alignment->S_AB;
 }
 
 }  // namespace highwall

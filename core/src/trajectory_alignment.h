@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <string>
+
 #include <Eigen/Core>
 
 #include <highwall/core/trajectory_error.h>
@@ -13,13 +16,16 @@ struct PositionAlignment {
   Eigen::Vector3d mean_A = Eigen::Vector3d::Zero();
 };
 
-// As AlignUmeyama(), but positions on a line or in a point are accepted. Throws InvalidArgument for
-// fewer than three positions, and if a scale is requested for positions in one point.
-PositionAlignment AlignPositions(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b,
-                                 bool with_scale);
+// As AlignUmeyama(), but positions on a line or in a point are accepted. Returns empty, and the
+// reason in `fault`, for fewer than three positions, and if a scale is requested for positions in
+// one point.
+std::optional<PositionAlignment> AlignPositions(const Eigen::Matrix3Xd& a,
+                                                const Eigen::Matrix3Xd& b, bool with_scale,
+                                                std::string* fault);
 
 // The same for positions and attitudes: the attitudes determine the rotation that is not observable
-// from the positions. Both trajectories have the same number of poses.
+// from the positions. Both trajectories have the same number of poses. Throws InvalidArgument with
+// the reason where AlignPositions() returns none.
 PositionAlignment AlignPoses(const Trajectory& a, const Trajectory& b, bool with_scale);
 
 }  // namespace highwall::internal

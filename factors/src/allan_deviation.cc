@@ -236,15 +236,17 @@ double ModelledAllanDeviation(const NoiseDensities& densities, double tau) {
                    unit[2] * square(densities.walk));
 }
 
-NoiseDensities FitAllanCurve(std::span<const AllanPoint> curve, const AllanFitOptions& options) {
+std::optional<NoiseDensities> FitAllanCurve(std::span<const AllanPoint> curve,
+                                            const AllanFitOptions& options) {
   options.Validate();
   std::vector<AllanPoint> used;
   for (const AllanPoint& point : curve) {
     if (point.tau >= options.min_tau && point.deviation > 0.0) used.push_back(point);
   }
-  HIGHWALL_REQUIRE(used.size() >= 3, "fewer than three averaging times");
+  if (used.size() < 3) return std::nullopt;
   AllanFit fit(used, options);
-  return {.white = fit.Interval(0), .instability = fit.Interval(1), .walk = fit.Interval(2)};
+  return NoiseDensities{
+      .white = fit.Interval(0), .instability = fit.Interval(1), .walk = fit.Interval(2)};
 }
 
 }  // namespace highwall

@@ -113,9 +113,11 @@ std::vector<double> Axis(std::span<const ImuSample> samples, const ReadingRange&
   return values;
 }
 
-SensorNoise Estimate(std::span<const ImuSample> samples, std::span<const ReadingRange> rest,
-                     double step, Eigen::Vector3d ImuSample::*part,
-                     const ImuNoiseEstimationOptions& options) {
+// Empty if a curve has too few points.
+std::optional<SensorNoise> Estimate(std::span<const ImuSample> samples,
+                                    std::span<const ReadingRange> rest, double step,
+                                    Eigen::Vector3d ImuSample::*part,
+                                    const ImuNoiseEstimationOptions& options) {
   const AllanFitOptions fit{.min_tau = (options.min_readings - 0.5) * step,
                             .model_error = options.model_error};
   SensorNoise noise;
@@ -129,12 +131,16 @@ SensorNoise Estimate(std::span<const ImuSample> samples, std::span<const Reading
     // A coarsely quantized axis repeats one value: its noise is not observable.
     const auto moves = [](const AllanPoint& point) { return point.deviation > 0.0; };
     if (std::ranges::all_of(curve, moves)) {
-      noise.axes[static_cast<std::size_t>(axis)] = FitAllanCurve(curve, fit);
+      const std::optional<NoiseDensities> fitted = FitAllanCurve(curve, fit);
+      if (!fitted) return std::nullopt;
+      noise.axes[static_cast<std::size_t>(axis)] = *fitted;
     }
     std::ranges::move(stretches, std::back_inserter(all));
   }
   noise.curve = AllanDeviation(all, step);
-  noise.all = FitAllanCurve(noise.curve, fit);
+  const std::optional<NoiseDensities> fitted = FitAllanCurve(noise.curve, fit);
+  if (!fitted) return std::nullopt;
+  noise.all = *fitted;
   return noise;
 }
 
@@ -183,27 +189,26 @@ std::vector<ReadingRange> FindRest(std::span<const ImuSample> samples,
   return rest;
 }
 
-ImuNoiseEstimate EstimateImuNoise(std::span<const ImuSample> samples,
-                                  std::span<const ReadingRange> rest,
-                                  const ImuNoiseEstimationOptions& options) {
+std::optional<ImuNoiseEstimate> EstimateImuNoise(std::span<const ImuSample> samples,
+                                                 std::span<const ReadingRange> rest,
+                                                 const ImuNoiseEstimationOptions& options) {
   options.Validate();
   for (const ReadingRange& range : rest) {
     HIGHWALL_REQUIRE(range.begin <= range.end && range.end <= samples.size(),
                      "a stretch of rest lies outside of the readings");
   }
-  HIGHWALL_REQUIRE(samples.size() >= 2, "fewer than two readings");
+  if (samples.size() < 2) return std::nullopt;
   const double step = StepOf(samples);
   const std::vector<ReadingRange> parts = SplitAtGaps(samples, rest, step);
   std::size_t longest = 0;
   for (const ReadingRange& part : parts) longest = std::max(longest, part.end - part.begin);
   // Three octaves are needed, the longest a third of the stretch.
   const auto needed = static_cast<std::size_t>(12 * options.min_readings);
-  HIGHWALL_REQUIRE(longest >= needed, "the longest rest has " + std::to_string(longest) +
-                                          " readings, at least " + std::to_string(needed) +
-                                          " are needed");
-  return {.step = step,
-          .gyroscope = Estimate(samples, parts, step, &ImuSample::gyroscope, options),
-          .accelerometer = Estimate(samples, parts, step, &ImuSample::accelerometer, options)};
+  if (longest < needed) return std::nullopt;
+  const auto gyroscope = Estimate(samples, parts, step, &ImuSample::gyroscope, options);
+  const auto accelerometer = Estimate(samples, parts, step, &ImuSample::accelerometer, options);
+  if (!gyroscope || !accelerometer) return std::nullopt;
+  return ImuNoiseEstimate{.step = step, .gyroscope = *gyroscope, .accelerometer = *accelerometer};
 }
 
 }  // namespace highwall

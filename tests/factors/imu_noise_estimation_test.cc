@@ -76,7 +76,7 @@ TEST(FindRest, FindsNoneInMotionAndInTooFewReadings) {
 
 TEST(EstimateImuNoise, FindsTheDensitiesOfTenMinutes) {
   const auto samples = ImuAtRest(5, 600.0, kHertz, kNoise);
-  const ImuNoiseEstimate estimate = EstimateImuNoise(samples, FindRest(samples));
+  const ImuNoiseEstimate estimate = *EstimateImuNoise(samples, FindRest(samples));
   EXPECT_NEAR(estimate.step, 1.0 / kHertz, 1e-9);
   const auto holds = [](const NoiseDensity& density, double truth) {
     return density.low <= truth && truth <= density.high;
@@ -98,7 +98,7 @@ TEST(EstimateImuNoise, EstimatesEachAxisByItself) {
   for (ImuSample& sample : samples) {
     sample.accelerometer.z() = 9.81 + 3.0 * (sample.accelerometer.z() - 9.81);
   }
-  const SensorNoise noise = EstimateImuNoise(samples, FindRest(samples)).accelerometer;
+  const SensorNoise noise = EstimateImuNoise(samples, FindRest(samples))->accelerometer;
   EXPECT_NEAR(noise.axes[2].white.value / noise.axes[0].white.value, 3.0, 0.3);
   // Root mean square of 1, 1 and 3.
   EXPECT_NEAR(noise.all.white.value / kNoise.accelerometer, std::sqrt(11.0 / 3.0), 0.1);
@@ -106,7 +106,7 @@ TEST(EstimateImuNoise, EstimatesEachAxisByItself) {
 
 TEST(EstimateImuNoise, AFewSecondsShowTheWhiteNoiseAndBoundTheWalk) {
   const auto samples = ImuAtRest(7, 8.0, kHertz, kNoise);
-  const ImuNoiseEstimate estimate = EstimateImuNoise(samples, FindRest(samples));
+  const ImuNoiseEstimate estimate = *EstimateImuNoise(samples, FindRest(samples));
   EXPECT_TRUE(estimate.gyroscope.all.white.IsSeen());
   EXPECT_FALSE(estimate.gyroscope.all.walk.IsSeen());
   EXPECT_GT(estimate.gyroscope.all.walk.high, kNoise.gyroscope_walk);
@@ -119,7 +119,7 @@ TEST(EstimateImuNoise, StampsRoundedToAMillisecondAreNoGaps) {
   }
   const auto rest = FindRest(samples);
   ASSERT_EQ(rest.size(), 1U);
-  const ImuNoiseEstimate estimate = EstimateImuNoise(samples, rest);
+  const ImuNoiseEstimate estimate = *EstimateImuNoise(samples, rest);
   EXPECT_NEAR(estimate.step, 1.0 / 800.0, 1e-6);
   EXPECT_NEAR(estimate.gyroscope.all.white.value, kNoise.gyroscope, 0.05 * kNoise.gyroscope);
 }
@@ -127,7 +127,7 @@ TEST(EstimateImuNoise, StampsRoundedToAMillisecondAreNoGaps) {
 TEST(EstimateImuNoise, AnAxisThatRepeatsOneValueIsNotSeenAndTheOthersAre) {
   auto samples = ImuAtRest(10, 30.0, kHertz, kNoise);
   for (ImuSample& sample : samples) sample.gyroscope.y() = 0.001;
-  const SensorNoise noise = EstimateImuNoise(samples, FindRest(samples)).gyroscope;
+  const SensorNoise noise = EstimateImuNoise(samples, FindRest(samples))->gyroscope;
   EXPECT_FALSE(noise.axes[1].white.IsSeen());
   EXPECT_NEAR(noise.axes[0].white.value, kNoise.gyroscope, 0.1 * kNoise.gyroscope);
 }
@@ -139,17 +139,26 @@ TEST(EstimateImuNoise, AGapPartsAStretch) {
     samples[i].gyroscope.x() += 0.01;  // the bias has changed in between
   }
   const std::vector<ReadingRange> all = {{0, samples.size()}};
-  const ImuNoiseEstimate estimate = EstimateImuNoise(samples, all);
+  const ImuNoiseEstimate estimate = *EstimateImuNoise(samples, all);
   EXPECT_NEAR(estimate.step, 1.0 / kHertz, 1e-6);
   EXPECT_NEAR(estimate.gyroscope.axes[0].white.value, kNoise.gyroscope, 0.1 * kNoise.gyroscope);
   EXPECT_FALSE(estimate.gyroscope.axes[0].walk.IsSeen());
 }
 
-TEST(EstimateImuNoise, RefusesTooFewReadingsStretchesOutsideAndBadOptions) {
+TEST(EstimateImuNoise, TooFewReadingsOrReadingsThatNeverChangeGiveNone) {
+  auto samples = ImuAtRest(8, 5.0, kHertz, kNoise);
+  EXPECT_FALSE(EstimateImuNoise({}, {}));
+  EXPECT_FALSE(EstimateImuNoise(samples, {}));
+  const std::vector<ReadingRange> brief = {{0, 47}}, all = {{0, samples.size()}};
+  EXPECT_FALSE(EstimateImuNoise(samples, brief));
+  EXPECT_TRUE(EstimateImuNoise(samples, all));
+  for (ImuSample& sample : samples) sample.gyroscope.setZero();
+  EXPECT_FALSE(EstimateImuNoise(samples, all));
+}
+
+TEST(EstimateImuNoise, RefusesStretchesOutsideAndBadOptions) {
   const auto samples = ImuAtRest(8, 5.0, kHertz, kNoise);
-  EXPECT_THROW(EstimateImuNoise(samples, {}), InvalidArgument);
-  const std::vector<ReadingRange> brief = {{0, 47}}, outside = {{500, 1'001}};
-  EXPECT_THROW(EstimateImuNoise(samples, brief), InvalidArgument);
+  const std::vector<ReadingRange> outside = {{500, 1'001}};
   EXPECT_THROW(EstimateImuNoise(samples, outside), InvalidArgument);
   EXPECT_THROW(FindRest(samples, {.max_variance_ratio = 1.0}), InvalidArgument);
   EXPECT_THROW(FindRest(samples, {.window = 0.0}), InvalidArgument);

@@ -256,8 +256,9 @@ def test_a_scale_is_found_by_alignment():
     np.testing.assert_allclose(found.T_AB.p, T.p, atol=1e-12)
     np.testing.assert_allclose((found * hw.Pose(b[4], [0, 0, 0, 1])).p, a[4], atol=1e-12)
     assert hw.align_umeyama(a, b).scale == 1.0
+    assert hw.align_umeyama(a[:2], b[:2]) is None
     with pytest.raises(hw.InvalidArgument):
-        hw.align_umeyama(a[:2], b[:2])
+        hw.align_umeyama(a, b[:3])
     stamps = np.arange(20) * 100_000_000
     turns = np.tile([0, 0, 0, 1.0], (20, 1))
     truth, small = hw.Trajectory(stamps, np.hstack([b, turns])), hw.Trajectory(stamps, np.hstack([b / 2, turns]))

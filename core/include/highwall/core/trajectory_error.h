@@ -89,10 +89,12 @@ struct Similarity {
 };
 
 // Returns the similarity (rigid: scale 1) that minimises sum |a_i - (scale R b_i + t)|^2. a, b: 3 x
-// n [m]. Throws InvalidArgument if the sizes differ or the rotation is not determined: fewer than
-// three points, or all on one line. Source: Umeyama, "Least-squares estimation of transformation
-// parameters between two point patterns", PAMI 1991, Eq. 34-43.
-Similarity AlignUmeyama(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b, bool with_scale);
+// n [m]. Empty if the rotation is not determined: fewer than three points, or all on one line.
+// Throws InvalidArgument if the sizes differ or a point is not finite. Source: Umeyama,
+// "Least-squares estimation of transformation parameters between two point patterns", PAMI 1991,
+// Eq. 34-43.
+std::optional<Similarity> AlignUmeyama(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b,
+                                       bool with_scale);
 
 // Part of the rotation of an alignment that is not observable from the matched positions. The
 // translation errors do not depend on it; it is chosen such that the attitude errors are minimal.

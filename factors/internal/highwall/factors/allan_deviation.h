@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -49,12 +50,12 @@ std::vector<AllanPoint> AllanDeviation(std::span<const std::vector<double>> stre
 // Returns the expected deviation at tau [s] of such noise.                                    Eq. 2
 double ModelledAllanDeviation(const NoiseDensities& densities, double tau);
 
-// Estimates the noise of a curve by maximum likelihood (Eq. 4). Throws InvalidArgument if fewer
-// than three of its points are used, and on bad options.
+// Estimates the noise of a curve by maximum likelihood (Eq. 4). Empty if fewer than three of its
+// points can be used. Throws InvalidArgument on bad options.
 //
 // Source: IEEE Std 952-1997, annex C (noise of gyroscopes); Riley, "Handbook of frequency stability
 // analysis", NIST Special Publication 1065, 2008 (degrees of freedom).
-NoiseDensities FitAllanCurve(std::span<const AllanPoint> curve,
-                             const AllanFitOptions& options = {});
+std::optional<NoiseDensities> FitAllanCurve(std::span<const AllanPoint> curve,
+                                            const AllanFitOptions& options = {});
 
 }  // namespace highwall

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -51,11 +52,12 @@ std::vector<ReadingRange> FindRest(std::span<const ImuSample> samples,
 
 // Estimates the densities of ImuNoise from readings at rest, such as those of FindRest(): a minute
 // suffices for the white noise, hours are needed for the bias random walk. A gap splits a stretch.
-// samples: strictly increasing stamps. Throws InvalidArgument if no stretch has 12 times
-// min_readings, for a stretch outside of the samples, and on bad options.
+// samples: strictly increasing stamps. Empty if no stretch has 12 times min_readings, or if the
+// readings of a sensor never change. Throws InvalidArgument for a stretch outside of the samples,
+// and on bad options.
 // docs/factors/imu_noise_estimation.md, Eq. 1
-ImuNoiseEstimate EstimateImuNoise(std::span<const ImuSample> samples,
-                                  std::span<const ReadingRange> rest,
-                                  const ImuNoiseEstimationOptions& options = {});
+std::optional<ImuNoiseEstimate> EstimateImuNoise(std::span<const ImuSample> samples,
+                                                 std::span<const ReadingRange> rest,
+                                                 const ImuNoiseEstimationOptions& options = {});
 
 }  // namespace highwall

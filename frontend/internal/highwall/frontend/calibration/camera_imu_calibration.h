@@ -1,8 +1,8 @@
 #pragma once
 
 #include <limits>
-#include <span>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
