@@ -37,7 +37,7 @@ bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* param
                    double* residuals, double** jacobians) {
   try {
     if (!factor.Evaluate(parameters, residuals, jacobians)) return false;
-  } catch (...) {  // it may be a user factor
+  } catch (...) {  // a user factor may throw anything, and Ceres' threads let nothing pass
     return false;
   }
   const int rows = factor.num_residuals();

@@ -18,7 +18,7 @@ void FeatureType::Validate() const {
                        std::to_string(fewest) + " to 4096, is " + std::to_string(columns));
   try {
     pyramid.Validate();
-  } catch (const InvalidArgument& error) {
+  } catch (const InvalidArgument& error) {  // passed on with the name of the extractor
     throw InvalidArgument("points by " + name + ": " + error.what());
   }
 }

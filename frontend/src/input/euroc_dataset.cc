@@ -74,7 +74,7 @@ Pose ReadPose(const fs::path& path, const cv::FileStorage& file) {
   try {
     return Pose::FromMatrix(
         Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(T.data()));
-  } catch (const InvalidArgument&) {
+  } catch (const InvalidArgument&) {  // the file's fault, which IoError reports
     throw IoError(path, "T_BS is no rotation and translation");
   }
 }
@@ -243,7 +243,7 @@ void EurocDataset::ReadImuSensor() {
   imu.T_BC = ReadPose(path, file).Inverse() * T_BC_;
   try {
     imu.Validate();
-  } catch (const InvalidArgument& error) {
+  } catch (const InvalidArgument& error) {  // the file's fault, which IoError reports
     throw IoError(path, error.what());
   }
   imu_ = imu;

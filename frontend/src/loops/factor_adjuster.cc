@@ -69,7 +69,7 @@ bool EvaluatesTo(const ceres::CostFunction& cost, std::span<const double* const>
   try {
     return internal::FaultOf(cost, blocks).empty() &&
            cost.Evaluate(blocks.data(), r->data(), nullptr) && r->allFinite();
-  } catch (...) {  // of any type
+  } catch (...) {  // a user factor may throw anything
     return false;
   }
 }
