@@ -4,6 +4,8 @@
 #include <iterator>
 #include <optional>
 
+#include "pose/support.h"
+
 namespace highwall {
 namespace {
 
@@ -13,7 +15,17 @@ void AppendMatched(const std::vector<LandmarkId>& landmarks, std::vector<Landmar
                [](LandmarkId id) { return id != kNoId; });
 }
 
+template <class LandmarkId>
+int NumMatched(const std::vector<LandmarkId>& landmarks) {
+  return static_cast<int>(
+      std::count_if(landmarks.begin(), landmarks.end(), [](LandmarkId id) { return id != kNoId; }));
+}
+
 }  // namespace
+
+int MatchedSupport(const std::vector<PointId>& points, const std::vector<LineId>& lines) {
+  return Support(NumMatched(points), NumMatched(lines));
+}
 
 TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC) {
   TrackedFrame tracked;

@@ -32,6 +32,9 @@ void Apply(const std::vector<std::pair<int, LandmarkId>>& matches,
   for (const auto& [feature, id] : matches) landmarks[static_cast<std::size_t>(feature)] = id;
 }
 
+// Returns the support of the matched landmarks.
+int MatchedSupport(const std::vector<PointId>& points, const std::vector<LineId>& lines);
+
 // Returns a frame with a pose and without matched landmarks.
 TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC);
 

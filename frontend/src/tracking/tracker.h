@@ -1,27 +1,27 @@
 #pragma once
 
-#include <cstddef>
+#include <initializer_list>
 #include <optional>
-#include <span>
-#include <vector>
 
 #include <highwall/core/pose.h>
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
-#include <highwall/frontend/pose/pose_solver.h>
 #include <highwall/frontend/tracking/options.h>
 
 #include "map/map_matcher.h"
-#include "pose/degeneracy.h"
-#include "pose/direct_alignment.h"
-#include "pose/surface_matcher.h"
 #include "sensor/sensor_model.h"
-#include "tracking/constant_velocity.h"
 #include "tracking/dynamic_features.h"
+#include "tracking/frame_solver.h"
 #include "tracking/landmark_observations.h"
+#include "tracking/last_frame_source.h"
+#include "tracking/pose_hypothesis.h"
+#include "tracking/pose_verifier.h"
+#include "tracking/recognition_sources.h"
 #include "tracking/relocalizer.h"
 #include "tracking/tracked_frame.h"
+#include "tracking/tracker_state.h"
+#include "tracking/whole_image_source.h"
 
 namespace highwall {
 
@@ -59,7 +59,7 @@ class Tracker {
   // frame is too old. Does not replace the last frame.
   std::optional<TrackedFrame> ExtrapolateAtConstantVelocity(const Frame& frame) const;
   // Drops the last frame, because the following frames are of another world.
-  void Forget() { last_.reset(); }
+  void Forget() { state_.last.reset(); }
   // Sets the final pose of the last frame.
   void Correct(const Pose& T_WC);
   // Returns the keyframe that the last tracked frame shares most landmarks with; empty if lost.
@@ -68,123 +68,47 @@ class Tracker {
   cv::Mat DynamicMaskOf(const KeyFrame& keyframe, const Map& map) const;
   // Returns the motion expected at the next frame: that of `predicted`, or the last one; zero if
   // the camera was lost.
-  Twist Motion(const PoseConstraint* predicted) const;
+  Twist Motion(const PoseConstraint* predicted) const { return state_.Motion(predicted); }
   // Motion by which the rows of the latest frame were compensated.
   const RowMotion& moved_by() const { return moved_by_; }
   // Follows a map that was transformed around here: p_new = T_new_old p_old.
   void Transform(const Pose& T_new_old);
 
  private:
-  // Fallback constraint on a pose, in addition to points and lines.
-  enum class FallbackConstraint { kNone, kSurfaces };
-
-  // Returns whether the camera may have come here by continuous motion; otherwise twists are
-  // meaningless.
-  bool IsContinuous(const Twist& expected, const TrackedFrame& tracked) const;
+  // Searches the pose of a frame by the hypotheses in their order: from the last frame, by the
+  // prediction and without it; by recognition of the place; by surfaces; by the whole image.
+  PoseSearch Find(const TrackingQuery& query) const;
+  // Verifies the hypotheses of those sources that are due.
+  void Try(std::initializer_list<const PoseSource*> sources, const TrackingQuery& query,
+           PoseSearch* search) const;
+  // Returns whether the prediction gives no pose, or one whose motion is implausible for a camera:
+  // the IMU may have measured an impact on the sensor.
+  bool IsPredictionSuspect(const TrackingQuery& query, const PoseSearch& search) const;
   // Updates the motion by a frame tracked from the last one, and returns it; empty if it is not
-  // continuous. predicted: null if it was rejected.
-  std::optional<FrameMotion> UpdateMotion(const PoseConstraint* predicted, bool has_landmarks,
-                                          const Map& map, TrackedFrame* tracked);
+  // continuous. query: without the prediction if that was rejected.
+  std::optional<FrameMotion> UpdateMotion(const TrackingQuery& query, LocalMatch* match);
   // Replaces the expected motion in the compensation of the features by the estimated one, and
   // re-estimates the pose.
-  void FollowMotion(const Map& map, const PoseConstraint* predicted, TrackedFrame* tracked);
-  // Returns the predicted image shift [px] until `frame` at constant velocity.
-  double Shift(const Frame& frame) const;
-  // Returns the time [s] from the last frame tracked to `frame`.
-  double SinceLast(const Frame& frame) const;
-  std::optional<TrackedFrame> TrackMotion(const Frame& frame, const Map& map,
-                                          const PoseConstraint* predicted,
-                                          FallbackConstraint fallback,
-                                          TrackingDiagnostics* diagnostics) const;
-  std::optional<TrackedFrame> TrackReference(const Frame& frame, const Map& map) const;
-  std::optional<TrackedFrame> Relocalize(const Frame& frame, const Map& map) const;
-  // A frame matched with the local map, and the landmarks predicted to be visible from its pose.
-  struct LocalMatch {
-    TrackedFrame frame;
-    LandmarksInView in_view;
-    bool prediction_rejected = false;  // found inconsistent with the prediction
-
-    int Support() const;
-    std::size_t SupportInView() const;
-  };
-  // Finds the pose of a frame: from the last one, by relocalization, with surfaces as a fallback
-  // constraint, or by direct alignment. diagnostics: why there is none.
-  std::optional<LocalMatch> Find(const Frame& frame, const Map& map,
-                                 const PoseConstraint* predicted,
-                                 TrackingDiagnostics* diagnostics) const;
-  // Tracks from the last frame, by the prediction; without it if that fails, or if the resulting
-  // motion is implausible for a camera: the IMU may have measured an impact on the sensor.
-  std::optional<LocalMatch> Follow(const Frame& frame, const Map& map,
-                                   const PoseConstraint* predicted,
-                                   TrackingDiagnostics* diagnostics) const;
-  // Tracks from the last frame and, if the result is doubtful, from its reference keyframe.
-  std::optional<LocalMatch> FollowLast(const Frame& frame, const Map& map,
-                                       const PoseConstraint* predicted,
-                                       TrackingDiagnostics* diagnostics) const;
-  // Verifies a place that was recognized independently of the motion; empty if it may be another
-  // one.
-  std::optional<LocalMatch> Recognize(std::optional<TrackedFrame> rough, const Map& map,
-                                      TrackingDiagnostics* diagnostics) const;
-  // Matches the local map with a frame at a rough pose, with dynamic objects masked out; empty if
-  // too few matches are consistent.
-  std::optional<LocalMatch> TrackLocalMap(std::optional<TrackedFrame> rough, const Map& map,
-                                          const PoseConstraint* predicted,
-                                          FallbackConstraint fallback,
-                                          TrackingDiagnostics* diagnostics) const;
-  std::optional<LocalMatch> MatchLocalMap(TrackedFrame rough, const Map& map,
-                                          const PoseConstraint* predicted,
-                                          FallbackConstraint fallback) const;
-  // Re-verifies the static pose: returns the frame at a pose from landmarks and surfaces together
-  // if half or more of the dynamic mask arises only because the rough pose is slightly off.
-  // Landmarks elsewhere of at least half of `support` must agree, and so must the depth of
-  // keyframes. Empty if there is no such pose.
-  std::optional<TrackedFrame> Reverified(TrackedFrame rough, int support, const Map& map,
-                                         const PoseConstraint* predicted) const;
-  // Returns whether few of the first matches are consistent with their pose.
-  bool IsInconsistent(const TrackedFrame& rough) const;
-  bool IsDoubtful(const LocalMatch& match) const;
-  // Returns whether fewer landmarks in view are matched than in most frames.
-  bool FindsLittle(const LocalMatch& match) const;
-  // Returns whether the place that was recognized may be a similar one instead.
-  bool LooksAlikeOnly(const LocalMatch& match, const Map& map) const;
-  // Returns whether its depth is inconsistent with that of the keyframes whose landmarks it sees.
-  bool Contradicts(const LocalMatch& match, const Map& map) const;
-  // Returns whether its depth is inconsistent with that of these keyframes.
-  bool Contradicts(const TrackedFrame& tracked, std::span<const KeyFrameId> views,
-                   const Map& map) const;
-  // Estimates the pose from the matches of `tracked`; unmatches outliers. False if too few remain.
-  bool Solve(TrackedFrame& tracked, const Map& map, int min_support,
-             const PoseConstraint* predicted, FallbackConstraint fallback) const;
-
-  // Aligns the whole image with the reference keyframe or else the last frame; adds landmarks if
-  // they are consistent.
-  std::optional<LocalMatch> AlignDirectly(const Frame& frame, const Map& map,
-                                          TrackingDiagnostics* diagnostics) const;
-  // Returns the reference keyframe of the last frame and those that share most landmarks with it.
-  std::vector<KeyFrameId> AroundReference(const Map& map, std::size_t most) const;
-  // Matches the landmarks of the keyframe and its neighbours around the pose `known`.
-  std::optional<LocalMatch> TrackAbout(const PoseConstraint& known, const Frame& frame,
-                                       const Map& map, TrackingDiagnostics* diagnostics) const;
-  // Returns rows on the planar patches of the reference keyframe of the last frame; none if it has
-  // no depth.
-  std::vector<PointToPlaneRow> MatchSurfaces(const TrackedFrame& tracked, const Map& map) const;
+  void FollowMotion(const TrackingQuery& query, TrackedFrame* tracked);
 
   const MeasurementModel& model_;
   const SensorModel& sensor_;
   TrackerOptions options_;
+  TrackerState state_;
   MapMatcher matcher_;
   Relocalizer relocalizer_;
   DynamicFeatures moving_;
-  DirectAligner aligner_;
-  std::optional<TrackedFrame> last_;    // the last frame tracked
-  int last_support_ = 0;                // support of its pose
-  Stamp last_landmarks_ = 0;            // of the last frame with a pose from landmarks
-  double mean_match_ratio_ = 0.0;       // mean match ratio (TrackedFrame::found); 0: unknown
-  ConstantVelocity velocity_;           // at last_
-  bool is_continuous_ = false;          // whether it came there by continuous motion
-  bool imu_predicts_motion_ = false;    // whether an IMU predicted its motion there
+  FrameSolver solver_;
+  PoseVerifier verifier_;
+  // The sources of hypotheses.
+  LastFrameSource last_frame_;
+  ReferenceKeyframeSource reference_keyframe_;
+  PlaceIndexSource place_index_;
+  SurfaceSource surfaces_;
+  WholeImageSource whole_image_;
+  bool imu_predicts_motion_ = false;    // whether an IMU predicted the motion at the last frame
   RowMotion moved_by_;                  // compensation of the features of the latest frame
-  std::optional<KeyFrameId> anchored_;  // keyframe made of last_, if by images alone
+  std::optional<KeyFrameId> anchored_;  // keyframe made of the last frame, if by images alone
 };
 
 }  // namespace highwall

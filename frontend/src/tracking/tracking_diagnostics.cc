@@ -14,6 +14,13 @@ constexpr double kBlurred = 0.5;
 
 }  // namespace
 
+void TrackingDiagnostics::Add(const AttemptDiagnostics& attempt) {
+  tried = std::max(tried, attempt.tried);
+  agreed = std::max(agreed, attempt.agreed);
+  masked_share = attempt.masked_share.value_or(masked_share);
+  shift = attempt.shift.value_or(shift);
+}
+
 LossReason ReasonOf(const FrameFeatures& features, const TrackingDiagnostics& diagnostics,
                     const FeatureNeeds& needs) {
   const auto with_depth = [](const auto& all, const auto& has_depth) {

@@ -1,9 +1,18 @@
 #pragma once
 
+#include <optional>
+
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/pose/pose_report.h>
 
 namespace highwall {
+
+// Diagnostics of one attempt at a pose.
+struct AttemptDiagnostics {
+  int tried = 0, agreed = 0;           // as in TrackingDiagnostics
+  std::optional<double> masked_share;  // empty: no matches were tested
+  std::optional<double> shift;         // empty: an IMU predicts the motion
+};
 
 // Tracking diagnostics of a frame without a pose.
 struct TrackingDiagnostics {
@@ -12,6 +21,9 @@ struct TrackingDiagnostics {
   double masked_share = 0.0;  // share of the features masked out on dynamic objects
   double shift = 0.0;         // [px] image shift since the last frame, at constant velocity
   bool predicted = false;     // by an IMU
+
+  // Adds an attempt after the others.
+  void Add(const AttemptDiagnostics& attempt);
 };
 
 // Requirements on an image.

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <vector>
+
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/tracking/options.h>
+
+#include "features/depth_grid.h"
+#include "pose/surface_matcher.h"
+#include "tracking/tracked_frame.h"
+#include "tracking/tracker_state.h"
+#include "tracking/tracking_query.h"
+
+namespace highwall {
+
+// Fallback constraint on a pose, in addition to points and lines.
+enum class FallbackConstraint { kNone, kSurfaces };
+
+// Estimates the pose of a frame from its matches.
+class FrameSolver {
+ public:
+  // All must outlive it. grid: of the depth grids.
+  FrameSolver(const MeasurementModel& model, const TrackerOptions& options, const DepthGrid& grid,
+              const TrackerState& state)
+      : model_(model), options_(options), grid_(grid), state_(state) {}
+
+  // Estimates the pose from the matches of `tracked`, and the prediction of the query as a prior;
+  // unmatches outliers. False if too few remain.
+  bool Solve(const TrackingQuery& query, int min_support, FallbackConstraint fallback,
+             TrackedFrame* tracked) const;
+
+ private:
+  // Returns rows on the planar patches of the reference keyframe of the last frame; none if it has
+  // no depth.
+  std::vector<PointToPlaneRow> MatchSurfaces(const TrackedFrame& tracked, const Map& map) const;
+
+  const MeasurementModel& model_;
+  const TrackerOptions& options_;
+  const DepthGrid& grid_;
+  const TrackerState& state_;
+};
+
+}  // namespace highwall

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstddef>
+
+#include "pose/support.h"
+#include "tracking/landmark_observations.h"
+#include "tracking/tracked_frame.h"
+
+namespace highwall {
+
+// A frame matched with the local map, and the landmarks predicted to be visible from its pose.
+struct LocalMatch {
+  TrackedFrame frame;
+  LandmarksInView in_view{};
+
+  int Support() const { return highwall::Support(frame.num_points, frame.num_lines); }
+  std::size_t SupportInView() const {
+    return highwall::Support(in_view.points.size(), in_view.lines.size());
+  }
+};
+
+}  // namespace highwall

@@ -1,0 +1,49 @@
+#include "tracking/recognition_sources.h"
+
+#include <optional>
+
+#include "tracking/landmark_observations.h"
+
+namespace highwall {
+namespace {
+
+// Returns a frame with the relocalizer's matches.
+TrackedFrame Matched(const Frame& frame, const Relocalization& found) {
+  TrackedFrame tracked = Unmatched(frame, found.T_WC);
+  Apply(found.points, tracked.points);
+  Apply(found.lines, tracked.lines);
+  tracked.tried_points = tracked.points;
+  tracked.tried_lines = tracked.lines;
+  return tracked;
+}
+
+}  // namespace
+
+bool ReferenceKeyframeSource::IsDue(const TrackingQuery&, const PoseSearch& so_far) const {
+  return so_far.is_ambiguous;
+}
+
+PoseHypothesis ReferenceKeyframeSource::Propose(const TrackingQuery& query) const {
+  PoseHypothesis hypothesis{.origin = PoseOrigin::kPlace};
+  const TrackedFrame& last = *state_.last;
+  if (query.map.keyframe(last.reference) == nullptr) return hypothesis;
+  const auto found =
+      relocalizer_.MatchKeyFrame(*query.frame.features, query.map, last.reference, last.T_WC);
+  if (found) hypothesis.rough = Matched(query.frame, *found);
+  return hypothesis;
+}
+
+bool PlaceIndexSource::IsDue(const TrackingQuery&, const PoseSearch& so_far) const {
+  return !so_far.best;
+}
+
+PoseHypothesis PlaceIndexSource::Propose(const TrackingQuery& query) const {
+  PoseHypothesis hypothesis{.origin = PoseOrigin::kPlace};
+  const auto found = relocalizer_.Relocalize(*query.frame.features, query.map);
+  if (!found) return hypothesis;
+  hypothesis.rough = Matched(query.frame, *found);
+  hypothesis.rough->relocalized = true;
+  return hypothesis;
+}
+
+}  // namespace highwall

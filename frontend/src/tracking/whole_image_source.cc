@@ -1,0 +1,79 @@
+#include "tracking/whole_image_source.h"
+
+#include <cstddef>
+#include <vector>
+
+#include "map/covisibility.h"
+#include "pose/degeneracy.h"
+#include "tracking/dynamic_objects.h"
+#include "tracking/landmark_observations.h"
+
+namespace highwall {
+
+WholeImageSource::WholeImageSource(const MapMatcher& matcher, const TrackerOptions& options,
+                                   const DepthGrid& grid, const FrameSolver& solver,
+                                   const TrackerState& state)
+    : matcher_(matcher),
+      options_(options),
+      aligner_(grid, matcher.model().depth_noise(), options.surfaces.matcher, options.direct),
+      solver_(solver),
+      state_(state) {}
+
+bool WholeImageSource::IsDue(const TrackingQuery& query, const PoseSearch& so_far) const {
+  // The whole image determines the pose only if most of it is static.
+  constexpr double kMost = 0.5;
+  return !so_far.best && state_.last && query.prediction == nullptr &&
+         so_far.diagnostics.masked_share < kMost && options_.direct.enabled;
+}
+
+PoseHypothesis WholeImageSource::Propose(const TrackingQuery& query) const {
+  PoseHypothesis hypothesis{.origin = PoseOrigin::kImage};
+  const KeyFrame* reference = query.map.keyframe(state_.last->reference);
+  // Each such pose depends on the one before, or on a view that is left behind.
+  const double held = ToSeconds(query.frame.stamp - state_.last_landmarks);
+  if (reference == nullptr || held > ConstantVelocity::kLongestPrediction) return hypothesis;
+  const auto aligned = Align(query.frame, *reference);
+  if (!aligned) return hypothesis;
+  const PoseConstraint& known = aligned->pose;
+  hypothesis.prior = known;
+  hypothesis.rough = MatchLandmarks(query.With(&known));
+  TrackedFrame& bare = hypothesis.without_landmarks.emplace(Unmatched(query.frame, known.T_WC));
+  bare.reference = reference->id;
+  bare.information = known.sqrt_information.transpose() * known.sqrt_information;
+  bare.open =
+      FindUnobservableDirections(bare.information, known.T_WC, aligned->depth, options_.degeneracy);
+  return hypothesis;
+}
+
+std::optional<DirectAlignment> WholeImageSource::Align(const Frame& frame,
+                                                       const KeyFrame& reference) const {
+  const Pose expected = state_.Extrapolate(frame);
+  if (auto aligned = aligner_.Align(*reference.frame.features, reference.depth_grid, reference.T_WC,
+                                    *frame.features, expected)) {
+    return aligned;
+  }
+  const TrackedFrame& last = *state_.last;
+  const FrameFeatures& features = *last.frame.features;
+  return aligner_.Align(features, Standing(features.depth_grid, last.moving), last.T_WC,
+                        *frame.features, expected);
+}
+
+std::optional<TrackedFrame> WholeImageSource::MatchLandmarks(const TrackingQuery& query) const {
+  const FrameFeatures& features = *query.frame.features;
+  const Pose& T_WC = query.prediction->T_WC;
+  const std::vector<KeyFrameId> local =
+      state_.AroundReference(query.map, static_cast<std::size_t>(options_.local_keyframes));
+  TrackedFrame rough = Unmatched(query.frame, T_WC);
+  Apply(matcher_.MatchPoints(features, T_WC, query.map, query.map.SeenBy<MapPoint>(local, {}),
+                             Taken(rough.points)),
+        rough.points);
+  Apply(matcher_.MatchLines(features, T_WC, query.map, query.map.SeenBy<MapLine>(local, {}),
+                            Taken(rough.lines)),
+        rough.lines);
+  if (!solver_.Solve(query, options_.min_predicted_support, FallbackConstraint::kNone, &rough)) {
+    return std::nullopt;
+  }
+  return rough;
+}
+
+}  // namespace highwall
