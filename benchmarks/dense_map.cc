@@ -13,6 +13,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 #include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/open_dataset.h>
 #include <highwall/mapping/dense_cloud.h>
 #include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/keyframe_cloud.h>
@@ -21,7 +22,6 @@
 
 #include "bench_main.h"
 #include "run/config.h"
-#include "run/opened_dataset.h"
 #include "run/posed_frames.h"
 #include "same_leaves.h"
 #include "timing.h"
@@ -71,7 +71,7 @@ std::vector<double> AddKeyframes(const Arguments& arguments, std::vector<Keyfram
                                  Maps& maps) {
   const apps::ResolvedConfig config = apps::ResolveConfig(arguments.config, arguments.dataset);
   const RgbdSensor& sensor = config.config.sensor;
-  const std::unique_ptr<const Dataset> opened = apps::OpenImages(arguments.dataset, sensor);
+  const std::unique_ptr<const Dataset> opened = OpenDataset(arguments.dataset, sensor);
   const Dataset& dataset = *opened;
   if (dataset.groundtruth() == nullptr) throw IoError(arguments.dataset, "has no ground truth");
   const std::size_t every = std::max<std::size_t>(1, dataset.size() / arguments.keyframes);

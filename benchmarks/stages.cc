@@ -12,12 +12,12 @@
 
 #include <highwall/core/crc32.h>
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/open_dataset.h>
 #include <highwall/frontend/system/slam_system.h>
 
 #include "bench_main.h"
 #include "features/frame_builder.h"
 #include "run/config.h"
-#include "run/opened_dataset.h"
 #include "run/slam_arguments.h"
 
 namespace highwall::bench {
@@ -110,7 +110,7 @@ void PrintMap(std::int64_t frame, const Map& map) {
 void Run(const apps::SlamArguments& arguments) {
   const apps::ResolvedConfig config = apps::ResolveConfig(arguments.config, arguments.dataset);
   const RgbdSensor& sensor = config.config.sensor;
-  const std::unique_ptr<const Dataset> dataset = apps::OpenImages(arguments.dataset, sensor);
+  const std::unique_ptr<const Dataset> dataset = OpenDataset(arguments.dataset, sensor);
   const SlamOptions options = Deterministic(apps::MakeOptions(arguments).slam);
   FrameBuilder builder(sensor, options.frame);
   SlamSystem system(sensor, options);

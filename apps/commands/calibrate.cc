@@ -194,7 +194,7 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   if (!arguments.out.empty()) RequireFile(arguments.out);
   const Recording recording = Find(arguments);
   const OpenedDataset opened =
-      OpenDataset(recording.config, recording.dataset, arguments.max_pair_difference);
+      OpenWithConfig(recording.config, recording.dataset, arguments.max_pair_difference);
   const std::optional<ImuInput> imu = OpenImu(recording, opened);
   RunConfig config = opened.config;
   const ImageCalibrationOptions wanted{.intrinsics = arguments.intrinsics,

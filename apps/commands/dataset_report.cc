@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <fstream>
+#include <memory>
 #include <string_view>
 
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/input/euroc_dataset.h>
 #include <highwall/frontend/input/frame_reader.h>
+#include <highwall/frontend/input/open_dataset.h>
 #include <highwall/frontend/input/repeated_image.h>
 #include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/internal/median.h>
@@ -238,6 +239,14 @@ std::optional<RunConfig> KnownConfig(const std::filesystem::path& directory) {
   return std::nullopt;
 }
 
+// The report is of colour and depth images that are listed apart: throws IoError for a recording
+// in a format without such lists.
+const TumDataset& Listed(const std::filesystem::path& directory, const Dataset& dataset) {
+  if (const auto* const listed = dynamic_cast<const TumDataset*>(&dataset)) return *listed;
+  throw IoError(directory, "is of " + std::string(FindDatasetReader(directory)->format) +
+                               "'s layout, which info does not read; highwall slam does");
+}
+
 }  // namespace
 
 std::string DepthReport::Confidence() const {
@@ -274,15 +283,13 @@ StreamReport DescribeStamps(const std::vector<Stamp>& stamps) {
 
 DatasetReport InspectDataset(const std::filesystem::path& directory, double max_pair_difference,
                              const std::function<void(std::size_t, std::size_t)>& progress) {
-  if (EurocDataset::IsOne(directory)) {
-    throw IoError(directory, "is of EuRoC's layout, which info does not read; highwall slam does");
-  }
   const std::optional<RunConfig> config = KnownConfig(directory);
   // The statistics are those of the stored depth, so nothing but its unit is taken from the sensor.
   RgbdSensor sensor;
   if (config) sensor.depth_factor = config->sensor.depth_factor;
-  const TumDataset dataset(directory, sensor,
-                           {.max_stamp_difference = max_pair_difference, .any_size = true});
+  const std::unique_ptr<const Dataset> opened = OpenDataset(
+      directory, sensor, {.max_stamp_difference = max_pair_difference, .any_size = true});
+  const TumDataset& dataset = Listed(directory, *opened);
 
   DatasetReport report;
   report.directory = directory;

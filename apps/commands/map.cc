@@ -228,8 +228,8 @@ int RunMap(const MapArguments& arguments) {
   RequireMapsFolder(arguments);
   const FolderLock lock(arguments.out);
   const OpenedDataset opened =
-      OpenDataset(arguments.config.empty() ? source.config : arguments.config, source.dataset,
-                  arguments.max_pair_difference.value_or(source.max_pair_difference));
+      OpenWithConfig(arguments.config.empty() ? source.config : arguments.config, source.dataset,
+                     arguments.max_pair_difference.value_or(source.max_pair_difference));
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
   for (const std::string& warning : dataset.warnings()) {

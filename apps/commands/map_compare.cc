@@ -102,8 +102,8 @@ void Align(const std::vector<std::string>& trajectories, Points& points) {
 void KeepSeen(const CompareArguments& arguments, ReferenceSurface& reference) {
   const MapSource source = ResolveSource(arguments.seen_by, "", arguments.trajectory);
   const OpenedDataset opened =
-      OpenDataset(arguments.config.empty() ? source.config : arguments.config, source.dataset,
-                  source.max_pair_difference);
+      OpenWithConfig(arguments.config.empty() ? source.config : arguments.config, source.dataset,
+                     source.max_pair_difference);
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
   std::vector<char> seen(reference.samples().size(), 0);

@@ -241,7 +241,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (!arguments.save_map.empty()) RequireFile(arguments.save_map);
   const FolderLock lock(arguments.out);
   const OpenedDataset opened =
-      OpenDataset(arguments.config, arguments.dataset, arguments.max_pair_difference);
+      OpenWithConfig(arguments.config, arguments.dataset, arguments.max_pair_difference);
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
   for (const std::string& warning : dataset.warnings()) {

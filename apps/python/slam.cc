@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <highwall/frontend/input/open_dataset.h>
 #include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/frontend/system/slam_system.h>
 
@@ -138,6 +139,11 @@ void BindSensor(py::module_& module) {
                      "[rad/s] where readings of an axis end.")
       .def_readwrite("accelerometer_range", &ImuCalibration::accelerometer_range,
                      "[m/s^2] where readings of an axis end.");
+  py::class_<SensorCalibration>(module, "SensorCalibration", "The sensors of a recording.")
+      .def_readwrite("sensor", &SensorCalibration::sensor)
+      .def_readwrite("imu", &SensorCalibration::imu, "None where it is unknown.")
+      .def_readwrite("antenna_B", &SensorCalibration::antenna_B,
+                     "[m] The antenna of a GPS in the frame of the IMU, or of the camera.");
 }
 
 void BindDataset(py::module_& module) {
@@ -146,7 +152,32 @@ void BindDataset(py::module_& module) {
       .def_property_readonly("bgr", [](const RgbdImage& image) { return ImageArray(image.bgr); })
       .def_property_readonly(
           "depth", [](const RgbdImage& image) { return ImageArray(image.depth); }, "[m]");
-  py::class_<TumDataset>(module, "TumDataset", "A recording in the layout of TUM RGB-D.")
+  py::class_<Dataset>(module, "Dataset", "A recording of colour and depth images.")
+      .def("__len__", &Dataset::size)
+      .def("load", &Dataset::Load, py::arg("index"), py::call_guard<py::gil_scoped_release>(),
+           "The images of a frame; None where they cannot be used.")
+      .def_property_readonly("groundtruth",
+                             [](const Dataset& dataset) -> std::optional<PythonTrajectory> {
+                               if (dataset.groundtruth() == nullptr) return std::nullopt;
+                               return PythonTrajectory{*dataset.groundtruth()};
+                             })
+      .def_property_readonly(
+          "calibration",
+          [](const Dataset& dataset) -> std::optional<SensorCalibration> {
+            if (dataset.calibration() == nullptr) return std::nullopt;
+            return *dataset.calibration();
+          },
+          "What the recording itself states of its sensors; None where it states nothing.")
+      .def(
+          "imu",
+          [](const Dataset& dataset) {
+            if (!dataset.imu_file() || dataset.size() == 0) return std::vector<ImuSample>();
+            return ReadImu(*dataset.imu_file(),
+                           {dataset.stamp(0), dataset.stamp(dataset.size() - 1)})
+                .samples;
+          },
+          "The readings of its IMU, in the order of the file; empty where it has none.");
+  py::class_<TumDataset, Dataset>(module, "TumDataset", "A recording in the layout of TUM RGB-D.")
       .def(
           py::init([](const py::object& directory, const std::optional<RgbdSensor>& sensor,
                       std::optional<double> depth_factor,
@@ -167,24 +198,18 @@ void BindDataset(py::module_& module) {
           py::arg("depth_pattern") = py::none(),
           py::arg("max_stamp_difference") = DatasetOptions().max_stamp_difference,
           "sensor: converts the stored depth to metres, and its camera has the size of the images; "
-          "the keywords are in the place of its fields.")
-      .def("__len__", &TumDataset::size)
-      .def("load", &TumDataset::Load, py::arg("index"), py::call_guard<py::gil_scoped_release>(),
-           "The images of a frame; None where they cannot be used.")
-      .def_property_readonly("groundtruth",
-                             [](const TumDataset& dataset) -> std::optional<PythonTrajectory> {
-                               if (dataset.groundtruth() == nullptr) return std::nullopt;
-                               return PythonTrajectory{*dataset.groundtruth()};
-                             })
-      .def(
-          "imu",
-          [](const TumDataset& dataset) {
-            if (!dataset.imu_file() || dataset.size() == 0) return std::vector<ImuSample>();
-            return ReadImu(*dataset.imu_file(),
-                           {dataset.stamp(0), dataset.stamp(dataset.size() - 1)})
-                .samples;
-          },
-          "The readings of its IMU, in the order of the file; empty where it has none.");
+          "the keywords are in the place of its fields.");
+  module.def(
+      "open_dataset",
+      [](const py::object& folder, const std::optional<RgbdSensor>& sensor,
+         double max_stamp_difference) {
+        return OpenDataset(Path(folder), sensor,
+                           DatasetOptions{.max_stamp_difference = max_stamp_difference});
+      },
+      py::arg("folder"), py::arg("sensor") = py::none(),
+      py::arg("max_stamp_difference") = DatasetOptions().max_stamp_difference,
+      "Opens a recording in the layout of TUM RGB-D or EuRoC. sensor: where the recording does not "
+      "state its calibration.");
 }
 
 void BindSlamOptions(py::module_& module) {

@@ -12,7 +12,6 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/input/euroc_dataset.h>
 
 #include "cli/progress.h"
 #include "run/opened_dataset.h"
@@ -61,7 +60,7 @@ bool IsPatternOff(const CameraCalibration& found, const DepthPattern& stated) {
 CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor& sensor,
                        const ImageCalibrationOptions& wanted, int round) {
   const std::unique_ptr<const Dataset> images =
-      OpenImages(directory, sensor, wanted.max_pair_difference);
+      OpenDataset(directory, sensor, {.max_stamp_difference = wanted.max_pair_difference});
   SlamRunOptions options;
   options.slam = Deterministic(options.slam);  // one recording, one calibration: reproducible
   options.slam.depth_pattern.enabled = false;  // estimated from the whole recording, at the end
@@ -169,7 +168,9 @@ nlohmann::ordered_json ToJson(const CameraCalibration& found) {
 CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
                                  const ImageCalibrationOptions& options, RgbdSensor* sensor) {
   const RgbdSensor stated = *sensor;
-  const bool keep_depth = options.keep_depth || EurocDataset::IsOne(dataset);  // rendered depth
+  // A recording that states its camera was made, or its depth computed, with that camera.
+  const DatasetReader* const reader = FindDatasetReader(dataset);
+  const bool keep_depth = options.keep_depth || (reader != nullptr && !reader->calibration.empty());
   CalibratedImages found;
   for (int round = 1; round <= kRounds; ++round) {
     const RgbdSensor tracked = *sensor;

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/open_dataset.h>
 #include <highwall/frontend/input/sensor_profile.h>
-#include <highwall/frontend/input/tum_dataset.h>
 
 #include "cli/did_you_mean.h"
 #include "files/yaml_reader.h"
@@ -258,8 +258,8 @@ ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::p
   if (const std::optional<RgbdSensor> sensor = SensorPreset(preset)) {
     return {{*sensor}, "preset " + preset + ", by the dataset's name"};
   }
-  // A folder that is not a dataset gets a clearer error from this reader.
-  TumDataset{dataset, std::nullopt, {.max_stamp_difference = 1.0}};
+  // A folder that is not a dataset gets a clearer error from its reader.
+  OpenDataset(dataset, std::nullopt, {.max_stamp_difference = 1.0});
   throw IoError(dataset, "the camera is unknown: put calibration.yaml there, or give --config " +
                              ("with a file or one of " + PresetList()));
 }

@@ -1,22 +1,14 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
-
-#include <Eigen/Core>
 
 #include <highwall/frontend/input/sensor.h>
 
 namespace highwall::apps {
 
-// Calibration that a YAML file can give to a run.
-struct RunConfig {
-  RgbdSensor sensor{};
-  std::optional<ImuCalibration> imu{};  // empty if the file has no IMU section
-  // [m] position of the GPS antenna in the IMU frame, or in the camera frame without an IMU.
-  Eigen::Vector3d antenna_B = Eigen::Vector3d::Zero();
-};
+// Calibration of the sensors of a run.
+using RunConfig = SensorCalibration;
 
 // Reads a configuration with these keys:
 //   camera: {width: 640, height: 480, fx: 525, fy: 525, cx: 319.5, cy: 239.5}   # k1 k2 p1 p2 k3

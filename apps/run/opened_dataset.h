@@ -5,6 +5,7 @@
 #include <string>
 
 #include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/open_dataset.h>
 
 #include "run/config.h"
 
@@ -20,16 +21,11 @@ struct OpenedDataset {
   std::string origin;  // human-readable source of the configuration
 };
 
-// Opens a folder in the layout of TUM RGB-D or EuRoC (EurocDataset); the latter provides its own
-// configuration. choice: as in ResolveConfig(). max_pair_difference [s]: for the TUM layout. Throws
-// IoError as ResolveConfig() and the dataset do; for EuRoC also if choice is not empty.
-OpenedDataset OpenDataset(const std::string& choice, const std::filesystem::path& directory,
-                          double max_pair_difference = kMaxPairDifference);
-
-// Opens the same images with another depth factor, offset or size. Throws IoError as the dataset
-// does.
-std::unique_ptr<const Dataset> OpenImages(const std::filesystem::path& directory,
-                                          const RgbdSensor& sensor,
-                                          double max_pair_difference = kMaxPairDifference);
+// Opens a recording as OpenDataset() with its configuration: that which it states itself, or the
+// one that ResolveConfig() finds by `choice`. max_pair_difference [s]: as
+// DatasetOptions::max_stamp_difference. Throws IoError as both do, and for a choice where the
+// recording states its own calibration.
+OpenedDataset OpenWithConfig(const std::string& choice, const std::filesystem::path& directory,
+                             double max_pair_difference = kMaxPairDifference);
 
 }  // namespace highwall::apps

@@ -9,8 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/stamp.h>
-#include <highwall/frontend/input/euroc_dataset.h>
-#include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/frontend/input/open_dataset.h>
 
 #include "files/json_text.h"
 #include "run/config.h"
@@ -41,15 +40,10 @@ std::vector<Stamp> StampsOf(const nlohmann::json& report) {
   return stamps;
 }
 
-// The camera does not matter, since only the stamps are used.
-std::unique_ptr<const Dataset> OpenAnyImages(const fs::path& dataset) {
-  if (EurocDataset::IsOne(dataset)) return std::make_unique<EurocDataset>(dataset);
-  return std::make_unique<TumDataset>(dataset);
-}
-
 bool HoldsFrames(const fs::path& dataset, const std::vector<Stamp>& frames) {
   try {
-    const std::unique_ptr<const Dataset> images = OpenAnyImages(dataset);
+    // The camera does not matter, since only the stamps are used.
+    const std::unique_ptr<const Dataset> images = OpenDataset(dataset);
     std::vector<Stamp> stamps;
     for (std::size_t i = 0; i < images->size(); ++i) stamps.push_back(images->stamp(i));
     std::ranges::sort(stamps);

@@ -13,6 +13,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/open_dataset.h>
 
 #include "bench_main.h"
 #include "cache_folder.h"
@@ -25,7 +26,6 @@
 #include "run/config.h"
 #include "run/imu_choice.h"
 #include "run/imu_input.h"
-#include "run/opened_dataset.h"
 #include "run/run_report.h"
 #include "run/settings.h"
 #include "run/slam_run.h"
@@ -86,7 +86,7 @@ std::vector<Setting> Settings(const Arguments& arguments) {
 Scores RunOnce(const Sequence& sequence, const Setting& setting, const Arguments& arguments,
                const std::string& label) {
   const apps::RunConfig config = apps::ResolveConfig("", sequence.folder).config;
-  const std::unique_ptr<const Dataset> recorded = apps::OpenImages(sequence.folder, config.sensor);
+  const std::unique_ptr<const Dataset> recorded = OpenDataset(sequence.folder, config.sensor);
   std::optional<CoveredLens> covered;
   if (arguments.blackout >= 0.0) {
     const Stamp begin = recorded->stamp(0) + FromSeconds(arguments.blackout);

@@ -8,8 +8,8 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/open_dataset.h>
 
-#include "run/opened_dataset.h"
 #include "scenes.h"
 #include "simulate/output/tum_writer.h"
 #include "simulate/random.h"
@@ -42,7 +42,7 @@ WalkInParts::WalkInParts(const WalkOptions& options, const std::filesystem::path
   if (!std::filesystem::exists(folder_)) {  // the folder is created atomically
     simulate::WriteTum(parted_.simulation, folder_, progress);
   }
-  images_ = apps::OpenImages(folder_, sensor());
+  images_ = OpenDataset(folder_, sensor());
 }
 
 RgbdSensor WalkInParts::sensor() const {

@@ -20,6 +20,7 @@
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/open_dataset.h>
 
 #include "abuses.h"
 #include "bench_main.h"
@@ -28,7 +29,6 @@
 #include "files/json_text.h"
 #include "medians.h"
 #include "run/config.h"
-#include "run/opened_dataset.h"
 #include "run/run_report.h"
 #include "scores.h"
 
@@ -142,7 +142,7 @@ nlohmann::ordered_json ToJson(const Row& row) {
 nlohmann::ordered_json RunSequence(const std::filesystem::path& directory,
                                    const Arguments& arguments, int* failures) {
   const RgbdSensor sensor = SensorOf(directory);
-  const std::unique_ptr<const Dataset> images = apps::OpenImages(directory, sensor);
+  const std::unique_ptr<const Dataset> images = OpenDataset(directory, sensor);
   if (images->groundtruth() == nullptr) {
     throw IoError(directory / "groundtruth.txt", "is missing or empty; errors need it");
   }
@@ -150,7 +150,7 @@ nlohmann::ordered_json RunSequence(const std::filesystem::path& directory,
   if (!arguments.second.empty()) {
     RgbdSensor other = SensorOf(arguments.second);
     other.camera = sensor.camera;
-    second = apps::OpenImages(arguments.second, other);
+    second = OpenDataset(arguments.second, other);
     if (second->size() < 2) throw IoError(arguments.second, "must have two frames or more");
   }
   const std::regex wanted(arguments.only);

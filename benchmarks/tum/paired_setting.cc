@@ -159,7 +159,7 @@ std::string ToString(MapChoice map) {
 OwnSetting::OwnSetting(const std::string& setting, const std::filesystem::path& directory,
                        const SettingMode& mode) {
   const apps::SlamArguments arguments = ParseSetting(setting, directory.string(), mode);
-  dataset_ = apps::OpenDataset(arguments.config, directory);
+  dataset_ = apps::OpenWithConfig(arguments.config, directory);
   options_ = apps::MakeOptions(arguments);
   constexpr double kPaperRange = 3.0;  // [m] section 4.1 of the paper
   if (mode.map == MapChoice::kPaper) {

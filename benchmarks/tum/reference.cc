@@ -99,7 +99,7 @@ std::vector<double> Score(const ScoredFrames& frames, const FramePoses& runs,
 }
 
 ScoredFrames FramesOf(const std::filesystem::path& folder) {
-  const apps::OpenedDataset dataset = apps::OpenDataset("", folder);
+  const apps::OpenedDataset dataset = apps::OpenWithConfig("", folder);
   const Trajectory* truth = dataset.images->groundtruth();
   if (truth == nullptr) throw IoError(folder, "has no ground truth, which errors need");
   ScoredFrames frames{{}, *truth};

@@ -37,7 +37,7 @@ def moving_wall(camera, frames=20, shift=4, depth=2.0):
 
 
 def recording(folder, sensor):
-    dataset = hw.TumDataset(folder, sensor)
+    dataset = hw.open_dataset(folder, sensor)
     for image in (dataset.load(i) for i in range(len(dataset))):
         if image:
             yield image.stamp, image.bgr, image.depth
@@ -68,7 +68,7 @@ print(len(trajectory), "frames with a pose,", len(slam.map_points()), "points,",
 
 # %%
 if arguments.folder:
-    error = hw.absolute_pose_error(hw.TumDataset(arguments.folder).groundtruth, trajectory)
+    error = hw.absolute_pose_error(hw.open_dataset(arguments.folder).groundtruth, trajectory)
     print("APE RMSE", error.statistics.rmse, "m")
 else:
     way = np.linalg.norm(trajectory.poses[-1, :3] - trajectory.poses[0, :3])

@@ -391,7 +391,8 @@ TEST_F(SlamCommand, RefusesADatasetWithoutAList) {
   fs::remove(dataset() / "depth.txt");
   ExpectRefused({"depth.txt: is missing"});
   fs::remove(dataset() / "rgb.txt");
-  ExpectRefused({"rgb.txt: is missing"});
+  ExpectRefused({dataset().string(), "holds no recording in a known format: EuRoC has mav0/",
+                 "TUM RGB-D has rgb.txt and depth.txt"});
 }
 
 TEST_F(SlamCommand, RefusesMalformedLines) {

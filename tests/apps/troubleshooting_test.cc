@@ -128,6 +128,9 @@ void Troubleshooting::Recordings() {
   Slam("nowhere");
   fs::remove(Dataset("no_list") / "rgb.txt");
   Slam("no_list");
+  fs::remove(Dataset("no_lists") / "rgb.txt");
+  fs::remove(folder_.path() / "no_lists" / "depth.txt");
+  Slam("no_lists");
   WriteText(Dataset("empty_list") / "rgb.txt", "# nothing\n");
   Slam("empty_list");
   WriteText(Dataset("no_stamp") / "rgb.txt", "soon rgb/100.png\n");

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <memory>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -11,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/open_dataset.h>
 
 #include "support/temporary_directory.h"
 
@@ -100,6 +102,16 @@ TEST_F(Euroc, DepthIsThatOfTheDisparityOfBothImages) {
     EXPECT_GT(measured, 30'000) << "of 40,000";
     EXPECT_GT(near, 95 * measured / 100);
   }
+}
+
+TEST_F(Euroc, IsOpenedByItsLayoutWithItsOwnCalibration) {
+  // The sensor given is of no use to a recording that states its own.
+  const std::unique_ptr<Dataset> dataset = OpenDataset(folder_.path(), RgbdSensor());
+  EXPECT_EQ(dataset->size(), 3U);
+  ASSERT_NE(dataset->calibration(), nullptr);
+  EXPECT_EQ(dataset->calibration()->sensor.camera.width, kWidth);
+  EXPECT_FALSE(dataset->calibration()->imu);
+  EXPECT_TRUE(dataset->Load(0));
 }
 
 TEST_F(Euroc, TheSensorIsTheRectifiedLeftCamera) {

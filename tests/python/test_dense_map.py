@@ -119,7 +119,7 @@ def test_it_is_the_map_that_the_program_makes(tmp_path):
         subprocess.run([os.environ["HIGHWALL"], *arguments], check=True, capture_output=True)
     slam = hw.SlamSystem(sensor_of(room), hw.SlamOptions(deterministic=True))
     dense = hw.DenseMapper.following(slam, background=False)
-    frames = hw.TumDataset(room)
+    frames = hw.open_dataset(room, sensor_of(room))
     for image in (frames.load(i) for i in range(len(frames))):
         slam.track(image.stamp, image.bgr, image.depth)
     slam.finish()

@@ -62,15 +62,15 @@ class Pilot {
 #include <filesystem>
 
 #include <highwall/core/trajectory.h>
-#include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/frontend/input/open_dataset.h>
 
 // A recording: nothing is dropped, however long a frame takes.
 highwall::Trajectory Follow(const std::filesystem::path& folder,
                             const highwall::RgbdSensor& sensor) {
-  const highwall::TumDataset recording(folder, sensor);
+  const auto recording = highwall::OpenDataset(folder, sensor);
   highwall::SlamSystem slam(sensor);
-  for (std::size_t i = 0; i < recording.size(); ++i) {
-    if (const auto image = recording.Load(i)) slam.Track(*image);
+  for (std::size_t i = 0; i < recording->size(); ++i) {
+    if (const auto image = recording->Load(i)) slam.Track(*image);
   }
   slam.Finish();
   return slam.trajectory();

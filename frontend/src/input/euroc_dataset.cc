@@ -212,15 +212,16 @@ void EurocDataset::Rectify() {
   T_BC_ = left.T_BS * Pose(Eigen::Quaterniond(ToEigen(R1)), Eigen::Vector3d::Zero()).Inverse();
   disparities_ =
       std::clamp(16 * static_cast<int>(std::ceil(focal_baseline_ / kNearest / 16.0)), 32, 256);
-  sensor_.camera = {.width = left.size.width,
-                    .height = left.size.height,
-                    .fx = focal,
-                    .fy = P1.at<double>(1, 1),
-                    .cx = P1.at<double>(0, 2),
-                    .cy = P1.at<double>(1, 2)};
-  sensor_.depth_noise = DepthNoise::Stereo(kDisparitySigma, focal, focal_baseline_ / focal);
-  sensor_.min_depth = focal_baseline_ / disparities_;
-  sensor_.Validate();
+  RgbdSensor& sensor = calibration_.sensor;
+  sensor.camera = {.width = left.size.width,
+                   .height = left.size.height,
+                   .fx = focal,
+                   .fy = P1.at<double>(1, 1),
+                   .cx = P1.at<double>(0, 2),
+                   .cy = P1.at<double>(1, 2)};
+  sensor.depth_noise = DepthNoise::Stereo(kDisparitySigma, focal, focal_baseline_ / focal);
+  sensor.min_depth = focal_baseline_ / disparities_;
+  sensor.Validate();
 }
 
 void EurocDataset::ReadImuSensor() {
@@ -246,7 +247,7 @@ void EurocDataset::ReadImuSensor() {
   } catch (const InvalidArgument& error) {  // the file's fault, which IoError reports
     throw IoError(path, error.what());
   }
-  imu_ = imu;
+  calibration_.imu = imu;
 }
 
 void EurocDataset::ReadGroundTruth() {
@@ -262,7 +263,7 @@ void EurocDataset::ReadGroundTruth() {
 cv::Mat EurocDataset::Rectified(const std::filesystem::path& file, int camera) const {
   const cv::Mat raw = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
   if (raw.empty()) throw IoError(file, "is missing or no image");
-  if (raw.cols != sensor_.camera.width || raw.rows != sensor_.camera.height) {
+  if (raw.cols != sensor().camera.width || raw.rows != sensor().camera.height) {
     throw IoError(file, "is not of the resolution in sensor.yaml");
   }
   cv::Mat rectified;

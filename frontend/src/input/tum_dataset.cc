@@ -16,6 +16,7 @@
 
 #include "input/image_io.h"
 #include "input/pair_advice.h"
+#include "input/recording_folder.h"
 #include "input/tum_associations.h"
 
 namespace highwall {
@@ -27,16 +28,6 @@ std::string FourDigits(double value) {
 
 std::string Size(const cv::Mat& image) {
   return std::to_string(image.cols) + " x " + std::to_string(image.rows);
-}
-
-std::filesystem::path RequireDirectory(const std::filesystem::path& directory) {
-  std::error_code error;
-  if (!std::filesystem::exists(directory, error)) throw IoError(directory, "does not exist");
-  if (!std::filesystem::is_directory(directory, error)) {
-    throw IoError(directory, "is not a directory");
-  }
-  if (std::filesystem::is_empty(directory, error)) throw IoError(directory, "is empty");
-  return directory;
 }
 
 // Collects a sample of the measured depths, dense enough for a median.
@@ -88,13 +79,20 @@ std::optional<double> LikelyDepthFactor(double median_depth, double depth_factor
   return best;
 }
 
+bool TumDataset::IsOne(const std::filesystem::path& directory) {
+  std::error_code ignored;
+  return std::filesystem::exists(directory / "rgb.txt", ignored) ||
+         std::filesystem::exists(directory / "depth.txt", ignored) ||
+         FindTumAssociations(directory).has_value();
+}
+
 TumDataset::TumDataset(const std::filesystem::path& directory,
                        const std::optional<RgbdSensor>& sensor, const DatasetOptions& options)
     : directory_(directory), sensor_(sensor.value_or(RgbdSensor())), options_(options) {
   sensor_.Validate();
   options_.Validate();
   if (!sensor) options_.any_size = true;
-  RequireDirectory(directory_);
+  RequireRecordingFolder(directory_);
   ReadLists();
   Pair();
   imu_file_ = FindImuFile(directory_);

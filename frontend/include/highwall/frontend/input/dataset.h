@@ -17,6 +17,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/depth_pattern.h>
 #include <highwall/factors/imu_buffer.h>
+#include <highwall/frontend/input/sensor.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
@@ -71,6 +72,9 @@ class Dataset {
   virtual std::vector<Stamp> stamps_without_depth() const { return {}; }
   // The file with the readings of an IMU, for ReadImu(); empty where the dataset has none.
   virtual std::optional<std::filesystem::path> imu_file() const { return std::nullopt; }
+
+  // Calibration that the recording itself states; null where another source has to.
+  virtual const SensorCalibration* calibration() const { return nullptr; }
 
   std::optional<RgbdImage> Load(std::size_t index) const;
   // The frames that Load() could not use so far, by index, each once.

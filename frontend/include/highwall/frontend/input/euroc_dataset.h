@@ -35,10 +35,12 @@ class EurocDataset final : public Dataset {
   std::vector<Stamp> stamps_without_depth() const override { return without_depth_; }
   std::optional<std::filesystem::path> imu_file() const override { return imu_file_; }
 
+  const SensorCalibration* calibration() const override { return &calibration_; }
+
   // The rectified left camera, and the depth noise of a disparity error of a quarter of a pixel.
-  const RgbdSensor& sensor() const { return sensor_; }
+  const RgbdSensor& sensor() const { return calibration_.sensor; }
   // T_BC of the rectified camera; densities of imu0/sensor.yaml. Empty without an IMU.
-  const std::optional<ImuCalibration>& imu() const { return imu_; }
+  const std::optional<ImuCalibration>& imu() const { return calibration_.imu; }
 
  private:
   struct StereoFrame {
@@ -57,8 +59,7 @@ class EurocDataset final : public Dataset {
   std::vector<Stamp> without_depth_;  // left images without a right one
   std::optional<std::filesystem::path> imu_file_;
   std::optional<Trajectory> groundtruth_;
-  RgbdSensor sensor_;
-  std::optional<ImuCalibration> imu_;
+  SensorCalibration calibration_;
   Pose T_BC_;                            // of the rectified left camera
   double focal_baseline_ = 0.0;          // [px m]
   int disparities_ = 0;                  // [px] search range

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include <highwall/core/camera.h>
 #include <highwall/core/pose.h>
 #include <highwall/factors/depth_noise.h>
@@ -70,6 +72,14 @@ struct ImuCalibration {
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
+};
+
+// Calibration of the sensors of a recording.
+struct SensorCalibration {
+  RgbdSensor sensor{};
+  std::optional<ImuCalibration> imu{};  // empty if none is stated
+  // [m] position of the GPS antenna in the IMU frame, or in the camera frame without an IMU.
+  Eigen::Vector3d antenna_B = Eigen::Vector3d::Zero();
 };
 
 }  // namespace highwall

@@ -41,6 +41,9 @@ std::vector<std::pair<std::size_t, std::size_t>> AssociateNearest(
 // image. A frame without any depth cannot be used unless there is an IMU, which bridges it.
 class TumDataset final : public Dataset {
  public:
+  // Returns whether the folder contains one of the lists.
+  static bool IsOne(const std::filesystem::path& directory);
+
   // sensor: converts the stored depth to metres, and its camera has the size of the images. Empty:
   // the depth factor of the benchmark, and any size.
   // Throws InvalidArgument for a bad sensor or bad options, and IoError if a list is missing or

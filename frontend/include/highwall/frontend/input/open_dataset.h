@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/sensor.h>
+
+namespace [[gnu::visibility("default")]] highwall {
+
+// The reader of one format of recordings.
+struct DatasetReader {
+  std::string_view format;       // such as "TUM RGB-D"
+  std::string_view marks;        // human-readable: the files that a folder is recognized by
+  std::string_view calibration;  // human-readable: where Dataset::calibration() is from; else empty
+  bool (*recognizes)(const std::filesystem::path& folder);
+  // Parameters and exceptions are those of OpenDataset().
+  std::unique_ptr<Dataset> (*open)(const std::filesystem::path& folder,
+                                   const std::optional<RgbdSensor>& sensor,
+                                   const DatasetOptions& options);
+};
+
+// All readers, in the order in which they are asked: EuRoC, TUM RGB-D.
+std::span<const DatasetReader> DatasetReaders();
+
+// Returns the first reader that recognizes the folder; null if none does.
+const DatasetReader* FindDatasetReader(const std::filesystem::path& folder);
+
+// Opens a recording in any format that DatasetReaders() lists. sensor: the camera of a recording
+// that does not state its own (Dataset::calibration()), empty if it is unknown: the images are then
+// of any size, and their depth is converted by the depth factor of the benchmark. Throws
+// InvalidArgument for a bad sensor or bad options; IoError if there is no such folder, if no reader
+// recognizes it, naming the files that were looked for, and as the reader does.
+std::unique_ptr<Dataset> OpenDataset(const std::filesystem::path& folder,
+                                     const std::optional<RgbdSensor>& sensor = std::nullopt,
+                                     const DatasetOptions& options = {});
+
+}  // namespace highwall
