@@ -7,6 +7,7 @@ set(pc_factors_description "Residuals of cameras and IMUs")
 set(pc_factors_requires "highwall-core = ${PROJECT_VERSION}")
 set(pc_frontend_description "RGB-D-inertial SLAM")
 set(pc_frontend_requires "highwall-factors = ${PROJECT_VERSION}")
+set(pc_frontend_requires_private yaml-cpp)
 set(pc_frontend_libs -lopencv_core)
 set(pc_frontend_libs_private
   -lopencv_calib3d -lopencv_features2d -lopencv_imgcodecs -lopencv_imgproc -lopencv_ximgproc)

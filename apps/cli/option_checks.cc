@@ -4,9 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <highwall/internal/did_you_mean.h>
 #include <highwall/internal/number_text.h>
-
-#include "cli/did_you_mean.h"
 
 namespace highwall::apps {
 namespace {

@@ -7,8 +7,9 @@
 
 #include <fmt/core.h>
 
+#include <highwall/internal/did_you_mean.h>
+
 #include "cli/commands.h"
-#include "cli/did_you_mean.h"
 
 namespace highwall::apps {
 namespace {

@@ -234,7 +234,7 @@ void ReadFrames(const TumDataset& dataset, double depth_factor,
 // Returns the dataset's own configuration: its camera is checked here, its depth factor is used.
 std::optional<RunConfig> KnownConfig(const std::filesystem::path& directory) {
   const std::filesystem::path calibration = CalibrationFile(directory);
-  if (std::filesystem::exists(calibration)) return LoadConfig(calibration);
+  if (std::filesystem::exists(calibration)) return ReadSensor(calibration);
   if (const auto sensor = SensorPreset(PresetFromName(directory))) return RunConfig{*sensor, {}};
   return std::nullopt;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <highwall/frontend/input/open_dataset.h>
+#include <highwall/frontend/input/read_sensor.h>
 #include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/frontend/system/slam_system.h>
 
@@ -199,6 +200,9 @@ void BindDataset(py::module_& module) {
           py::arg("max_stamp_difference") = DatasetOptions().max_stamp_difference,
           "sensor: converts the stored depth to metres, and its camera has the size of the images; "
           "the keywords are in the place of its fields.");
+  module.def(
+      "read_sensor", [](const py::object& path) { return ReadSensor(Path(path)); }, py::arg("path"),
+      "Reads a calibration.yaml, which highwall calibrate writes.");
   module.def(
       "open_dataset",
       [](const py::object& folder, const std::optional<RgbdSensor>& sensor,

@@ -13,7 +13,7 @@ struct CalibrationSigma {
   double depth_pattern = 0.0;         // [1/m] RMS over the nodes
 };
 
-// Writes a configuration that LoadConfig() reads back exactly, except for the rotation of T_BC (to
+// Writes a configuration that ReadSensor() reads back exactly, except for the rotation of T_BC (to
 // 1e-15). Standard deviations above 0 are written as comments next to their values. The file is
 // written atomically; a missing folder is created. Throws IoError.
 void WriteConfig(const std::filesystem::path& path, const RunConfig& config,

@@ -1,168 +1,18 @@
 #include "run/config.h"
 
 #include <fstream>
-#include <functional>
-#include <iterator>
-#include <map>
 #include <optional>
 #include <regex>
-#include <span>
 #include <string_view>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/open_dataset.h>
-#include <highwall/frontend/input/sensor_profile.h>
-
-#include "cli/did_you_mean.h"
-#include "files/yaml_reader.h"
-#include "run/foreign_calibration.h"
+#include <highwall/internal/did_you_mean.h>
 
 namespace highwall::apps {
 namespace {
-
-void ReadCamera(YamlReader& section, const std::filesystem::path& path, PinholeCamera* camera) {
-  section.Require("width", &camera->width);
-  section.Require("height", &camera->height);
-  section.Require("fx", &camera->fx);
-  section.Require("fy", &camera->fy);
-  section.Require("cx", &camera->cx);
-  section.Require("cy", &camera->cy);
-  section.Read("k1", &camera->k1);
-  section.Read("k2", &camera->k2);
-  section.Read("p1", &camera->p1);
-  section.Read("p2", &camera->p2);
-  section.Read("k3", &camera->k3);
-  for (const char* key : {"k4", "k5", "k6", "s1", "s2", "s3", "s4"}) {
-    double value = 0.0;
-    section.Read(key, &value);
-    if (value == 0.0) continue;  // zero coefficients: the same model
-    throw IoError(path, section.LineOf("", key).value(),
-                  std::string("camera: ") + key +
-                      " is of a lens with more coefficients (rational, thin prism or fisheye) than "
-                      "k1, k2, p1, p2, k3, which are known: calibrate with these, or undistort the "
-                      "images");
-  }
-}
-
-// Identifies calibrations of other systems before parsing.
-void RefuseForeign(const std::filesystem::path& path) {
-  if (!std::filesystem::is_regular_file(path)) return;  // YamlReader::Load() reports that
-  std::ifstream stream(path);
-  const std::string text(std::istreambuf_iterator<char>(stream), {});
-  if (const auto foreign = DescribeForeignCalibration(text)) throw IoError(path, *foreign);
-}
-
-// Reads the constants of the noise curve, or those of the stereo pair that produces the depth.
-void ReadDepthNoise(YamlReader& section, DepthNoise* noise) {
-  if (section.Has("baseline") || section.Has("focal") || section.Has("subpixel")) {
-    double baseline = 0.0, focal = 0.0, subpixel = 0.08;  // [px] of a RealSense
-    section.Require("baseline", &baseline);
-    section.Require("focal", &focal);
-    section.Read("subpixel", &subpixel);
-    section.Finish();
-    *noise = DepthNoise::Stereo(subpixel, focal, baseline);
-    return;
-  }
-  section.Read("offset", &noise->offset);
-  section.Read("quadratic", &noise->quadratic);
-  section.Read("reference", &noise->reference);
-}
-
-// Applies the sensor profile before the other keys of the file.
-void ReadSensor(YamlReader& file, const std::filesystem::path& path, RgbdSensor* sensor) {
-  std::string name;
-  file.Read("sensor", &name);
-  if (!file.Has("sensor")) return;
-  const SensorProfile* profile = FindSensorProfile(name);
-  if (profile == nullptr) {
-    throw IoError(path, "the sensor '" + name + "' is unknown; known are " + SensorProfileList());
-  }
-  *sensor = profile->SensorFor(sensor->camera);
-}
-
-void ReadDepthRange(YamlReader& section, RgbdSensor* sensor) {
-  section.Read("min", &sensor->min_depth);
-  section.Read("max", &sensor->max_depth);
-}
-
-// Reads errors of a camera that are not in its data sheet.
-void ReadErrors(YamlReader& file, RgbdSensor* sensor) {
-  file.Section("colour").Read("readout", &sensor->timing.colour_readout);
-  YamlReader& depth = file.Section("depth");
-  depth.Read("readout", &sensor->timing.depth_readout);
-  depth.Read("delay", &sensor->timing.depth_delay);
-  depth.Read("inverse_offset", &sensor->inverse_depth_offset);
-  DepthPattern::Vector& nodes = sensor->depth_pattern.nodes;
-  depth.Read("pattern", std::span<double>(nodes.data(), static_cast<std::size_t>(nodes.size())));
-}
-
-void ReadImu(YamlReader& section, const std::filesystem::path& path, ImuCalibration* imu) {
-  Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T_BC = imu->T_BC.Matrix();
-  section.Read("T_BC", std::span<double>(T_BC.data(), 16));
-  section.Read("gyroscope_noise", &imu->noise.gyroscope);
-  section.Read("accelerometer_noise", &imu->noise.accelerometer);
-  section.Read("gyroscope_walk", &imu->noise.gyroscope_walk);
-  section.Read("accelerometer_walk", &imu->noise.accelerometer_walk);
-  section.Read("rate", &imu->rate);
-  section.Read("time_offset", &imu->time_offset);
-  section.Read("gyroscope_range", &imu->gyroscope_range);
-  section.Read("accelerometer_range", &imu->accelerometer_range);
-  if (T_BC.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
-    throw IoError(path, "'T_BC' of section 'imu' must end with 0, 0, 0, 1: write it row by row");
-  }
-  imu->T_BC = Pose::FromMatrix(T_BC);
-}
-
-void ReadGpsSection(YamlReader& section, const std::filesystem::path& path,
-                    Eigen::Vector3d* antenna_B) {
-  section.Read("antenna", std::span<double>(antenna_B->data(), 3));
-  if (!antenna_B->allFinite()) {
-    throw IoError(path, "'antenna' of section 'gps' must be three numbers [m]");
-  }
-}
-
-struct Key {
-  std::string section, key;
-};
-
-// Returns the key of a struct's field. Fields of a camera and of an IMU have the names of their
-// keys.
-Key KeyOf(const std::string& field) {
-  static const std::map<std::string, Key, std::less<>> kOthers = {
-      {"RgbdSensor::depth_factor", {"", "depth_factor"}},
-      {"RgbdSensor::inverse_depth_offset", {"depth", "inverse_offset"}},
-      {"RgbdSensor::min_depth", {"depth_range", "min"}},
-      {"RgbdSensor::max_depth", {"depth_range", "max"}},
-      {"DepthPattern::nodes", {"depth", "pattern"}},
-      {"FrameTiming::colour_readout", {"colour", "readout"}},
-      {"FrameTiming::depth_readout", {"depth", "readout"}},
-      {"FrameTiming::depth_delay", {"depth", "delay"}}};
-  if (const auto other = kOthers.find(field); other != kOthers.end()) return other->second;
-  constexpr std::pair<std::string_view, std::string_view> kSections[] = {
-      {"PinholeCamera::", "camera"},
-      {"ImuCalibration::", "imu"},
-      {"ImuNoise::", "imu"},
-      {"DepthNoise::", "depth_noise"}};
-  for (const auto& [prefix, section] : kSections) {
-    if (field.starts_with(prefix)) return {std::string(section), field.substr(prefix.size())};
-  }
-  return {};
-}
-
-// Translates an error about a struct's field into one about the key of its section, with its line.
-IoError InWordsOfTheFile(const std::filesystem::path& path, const YamlReader& file,
-                         const std::string& message) {
-  const std::string field = message.substr(0, message.find(' '));
-  const Key key = KeyOf(field);
-  if (key.key.empty()) return {path, message};
-  const std::string words =
-      (key.section.empty() ? "" : key.section + ": ") + key.key + message.substr(field.size());
-  const auto line = file.LineOf(key.section, key.key);
-  return line ? IoError(path, *line, words) : IoError(path, words);
-}
 
 std::string PresetList() {
   std::string list;
@@ -188,33 +38,6 @@ std::string FolderName(const std::filesystem::path& directory) {
 }
 
 }  // namespace
-
-RunConfig LoadConfig(const std::filesystem::path& path) {
-  RunConfig config;
-  RefuseForeign(path);
-  YamlReader file = YamlReader::Load(path);
-  ReadCamera(file.Section("camera"), path, &config.sensor.camera);
-  try {
-    ReadSensor(file, path, &config.sensor);
-    if (file.Has("sensor")) {
-      file.Read("depth_factor", &config.sensor.depth_factor);
-    } else {
-      file.Require("depth_factor", &config.sensor.depth_factor);
-    }
-    ReadDepthRange(file.Section("depth_range"), &config.sensor);
-    ReadDepthNoise(file.Section("depth_noise"), &config.sensor.depth_noise);
-    ReadErrors(file, &config.sensor);
-    YamlReader& imu = file.Section("imu");
-    if (file.Has("imu")) ReadImu(imu, path, &config.imu.emplace());
-    ReadGpsSection(file.Section("gps"), path, &config.antenna_B);
-    file.Finish();
-    config.sensor.Validate();
-    if (config.imu) config.imu->Validate();
-  } catch (const InvalidArgument& error) {
-    throw InWordsOfTheFile(path, file, error.what());
-  }
-  return config;
-}
 
 std::string ConfigOfRun(const std::string& calibration) {
   constexpr std::string_view kPreset = "preset ";
@@ -250,10 +73,10 @@ ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::p
       throw IoError(choice, "is neither a file nor a preset (" + PresetList() + ")" +
                                 (meant.empty() ? DidYouMeanPath(choice) : meant));
     }
-    return {LoadConfig(choice), choice};
+    return {ReadSensor(choice), choice};
   }
   const std::filesystem::path calibration = CalibrationFile(dataset);
-  if (std::filesystem::exists(calibration)) return {LoadConfig(calibration), calibration.string()};
+  if (std::filesystem::exists(calibration)) return {ReadSensor(calibration), calibration.string()};
   const std::string preset = PresetFromName(dataset);
   if (const std::optional<RgbdSensor> sensor = SensorPreset(preset)) {
     return {{*sensor}, "preset " + preset + ", by the dataset's name"};

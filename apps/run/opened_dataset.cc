@@ -3,8 +3,7 @@
 #include <utility>
 
 #include <highwall/core/error.h>
-
-#include "cli/did_you_mean.h"
+#include <highwall/internal/did_you_mean.h>
 
 namespace highwall::apps {
 

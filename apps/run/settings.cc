@@ -8,10 +8,10 @@
 #include <fmt/format.h>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/yaml_reader.h>
 #include <highwall/frontend/system/option_table.h>
+#include <highwall/internal/did_you_mean.h>
 
-#include "cli/did_you_mean.h"
-#include "files/yaml_reader.h"
 #include "run/former_settings.h"
 
 namespace highwall::apps {

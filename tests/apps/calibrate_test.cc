@@ -67,7 +67,7 @@ void WriteWithWrongFactor(const simulate::Simulation& recording, const fs::path&
     depth.convertTo(depth, CV_16UC1, kTrueFactor / 5000.0);
     cv::imwrite(entry.path().string(), depth);
   }
-  apps::RunConfig config = apps::LoadConfig(dataset / "calibration.yaml");
+  apps::RunConfig config = ReadSensor(dataset / "calibration.yaml");
   config.sensor.depth_factor = kStatedFactor;
   apps::WriteConfig(dataset / "calibration.yaml", config);
 }
@@ -83,7 +83,7 @@ TEST(CalibrateCommand, FindsTheCameraOnTheImuAndWritesACalibrationThatIsReadBack
   const json report = json::parse(outcome.out);
   EXPECT_NEAR(report["time_offset_s"], truth.imu.time_offset, 1e-3);
   EXPECT_NEAR(report["depth_scale"], kStatedFactor / kTrueFactor, 0.01);
-  const apps::RunConfig config = apps::LoadConfig(written);
+  const apps::RunConfig config = ReadSensor(written);
   ASSERT_TRUE(config.imu.has_value());
   const Pose error = truth.imu.T_BC.Inverse() * config.imu->T_BC;
   EXPECT_LT(error.Angle(), 0.3 * M_PI / 180.0);
@@ -101,7 +101,7 @@ TEST(CalibrateCommand, FindsTheCameraOnTheImuAndWritesACalibrationThatIsReadBack
   ASSERT_EQ(kept.exit_code, 0) << kept.err;
   EXPECT_NEAR(json::parse(kept.out)["time_offset_s"], truth.imu.time_offset, 3e-4);
   EXPECT_EQ(json::parse(kept.out)["depth_scale"], 1.0);
-  EXPECT_EQ(apps::LoadConfig(written).sensor.depth_factor, kStatedFactor);
+  EXPECT_EQ(ReadSensor(written).sensor.depth_factor, kStatedFactor);
 }
 
 TEST(CalibrateCommand, FindsIntrinsicsThatAreOffByOnePercent) {
@@ -110,7 +110,7 @@ TEST(CalibrateCommand, FindsIntrinsicsThatAreOffByOnePercent) {
   const simulate::Simulation recording = Recording();
   const PinholeCamera& truth = recording.options().camera;
   simulate::WriteTum(recording, dataset);
-  apps::RunConfig config = apps::LoadConfig(dataset / "calibration.yaml");
+  apps::RunConfig config = ReadSensor(dataset / "calibration.yaml");
   config.sensor.camera.fx *= 1.01;
   config.sensor.camera.fy *= 1.01;
   apps::WriteConfig(dataset / "calibration.yaml", config);
@@ -118,7 +118,7 @@ TEST(CalibrateCommand, FindsIntrinsicsThatAreOffByOnePercent) {
       Calibrate(dataset.string() + " --json --intrinsics --keep-depth --out " + written.string());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json report = json::parse(outcome.out)["intrinsics"];
-  const PinholeCamera found = apps::LoadConfig(written).sensor.camera;
+  const PinholeCamera found = ReadSensor(written).sensor.camera;
   const std::vector<double> errors = {found.fx - truth.fx, found.fy - truth.fy, found.cx - truth.cx,
                                       found.cy - truth.cy};
   for (std::size_t i = 0; i < errors.size(); ++i) {
@@ -140,13 +140,13 @@ TEST(CalibrateCommand, IntrinsicsThatWereNotSeenStayAsTheyAreKnown) {
   options.fps = 10.0;
   options.imu.enabled = true;
   simulate::WriteTum(simulate::SimulateRoom(options), dataset);
-  apps::RunConfig config = apps::LoadConfig(dataset / "calibration.yaml");
+  apps::RunConfig config = ReadSensor(dataset / "calibration.yaml");
   const PinholeCamera known = config.sensor.camera;
   const Outcome outcome =
       Calibrate(dataset.string() + " --json --intrinsics --keep-depth --out " + written.string());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json report = json::parse(outcome.out)["intrinsics"];
-  const PinholeCamera kept = apps::LoadConfig(written).sensor.camera;
+  const PinholeCamera kept = ReadSensor(written).sensor.camera;
   const double before[] = {known.fx, known.fy, known.cx, known.cy};
   const double after[] = {kept.fx, kept.fy, kept.cx, kept.cy};
   int unseen = 0;
@@ -176,7 +176,7 @@ TEST(CalibrateCommand, EstimatesRowTimesAndWritesTheObservableOnes) {
   const json report = json::parse(outcome.out), &times = report["row_times"];
   EXPECT_GT(report["rounds"], 2) << "what was found changes the map";
   EXPECT_LT(report["rounds"], 6) << "and settles";
-  const FrameTiming found = apps::LoadConfig(written).sensor.timing;
+  const FrameTiming found = ReadSensor(written).sensor.timing;
   // The stated value, 0, is kept unless the estimate differs by two standard deviations.
   const auto is_written = [&times](const char* key, double value) {
     const double value_s = times[key]["value_s"], sigma = times[key]["sigma_s"];
@@ -200,7 +200,7 @@ TEST(CalibrateCommand, KeepsRowTimesThatItHasNotTracked) {
   const fs::path dataset = folder / "walk", written = folder / "found.yaml";
   const simulate::Simulation recording = Recording();
   simulate::WriteTum(recording, dataset);
-  apps::RunConfig config = apps::LoadConfig(dataset / "calibration.yaml");
+  apps::RunConfig config = ReadSensor(dataset / "calibration.yaml");
   config.sensor.timing = {.colour_readout = 0.021, .depth_readout = 0.004, .depth_delay = -0.003};
   apps::WriteConfig(dataset / "calibration.yaml", config);
   const std::string poses = (dataset / "groundtruth.txt").string();
@@ -208,7 +208,7 @@ TEST(CalibrateCommand, KeepsRowTimesThatItHasNotTracked) {
       Calibrate(dataset.string() + " --json --trajectory " + poses + " --out " + written.string());
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_FALSE(json::parse(outcome.out).contains("row_times"));
-  const FrameTiming kept = apps::LoadConfig(written).sensor.timing;
+  const FrameTiming kept = ReadSensor(written).sensor.timing;
   EXPECT_EQ(kept.colour_readout, 0.021);
   EXPECT_EQ(kept.depth_readout, 0.004);
   EXPECT_EQ(kept.depth_delay, -0.003);
@@ -251,12 +251,12 @@ TEST(CalibrateCommand, FindsTheOffsetOfDepthWithoutAnImu) {
   EXPECT_TRUE(found["seen"]);
   EXPECT_LT(sigma, 0.4 * std::abs(truth));
   EXPECT_LT(std::abs(value - truth), 3.0 * sigma) << value << " +- " << sigma << ", " << truth;
-  const apps::RunConfig config = apps::LoadConfig(written);
+  const apps::RunConfig config = ReadSensor(written);
   EXPECT_EQ(config.sensor.inverse_depth_offset, std::abs(value) > 3.0 * sigma ? value : 0.0);
   EXPECT_FALSE(config.imu.has_value());
 
   // The estimate includes the stated offset, which is kept where depth is declared correct.
-  apps::RunConfig stated = apps::LoadConfig(dataset / "calibration.yaml");
+  apps::RunConfig stated = ReadSensor(dataset / "calibration.yaml");
   stated.sensor.inverse_depth_offset = truth;
   apps::WriteConfig(dataset / "calibration.yaml", stated);
   const std::string words = Calibrate(dataset.string()).out;
@@ -267,7 +267,7 @@ TEST(CalibrateCommand, FindsTheOffsetOfDepthWithoutAnImu) {
   ASSERT_EQ(again.exit_code, 0) << again.err;
   const json same = json::parse(again.out)["inverse_depth_offset"];
   EXPECT_LT(std::abs(same["value_per_m"].get<double>() - truth), 3.0 * sigma) << same;
-  EXPECT_EQ(apps::LoadConfig(written).sensor.inverse_depth_offset, truth);
+  EXPECT_EQ(ReadSensor(written).sensor.inverse_depth_offset, truth);
 }
 
 TEST(CalibrateCommand, FindsAPatternOfDepthOverTheImage) {
@@ -284,7 +284,7 @@ TEST(CalibrateCommand, FindsAPatternOfDepthOverTheImage) {
   const json found = json::parse(outcome.out)["depth_pattern"];
   EXPECT_EQ(found["columns"].get<int>() * found["rows"].get<int>(), DepthPattern::kNodes);
   EXPECT_TRUE(found["seen"]);
-  const DepthPattern pattern = apps::LoadConfig(written).sensor.depth_pattern;
+  const DepthPattern pattern = ReadSensor(written).sensor.depth_pattern;
   EXPECT_EQ(found["values_per_m"].get<std::vector<double>>(),
             std::vector<double>(pattern.nodes.begin(), pattern.nodes.end()));
   DepthPattern left{pattern.nodes - truth.nodes};
@@ -296,7 +296,7 @@ TEST(CalibrateCommand, FindsAPatternOfDepthOverTheImage) {
 
   const Outcome kept = Calibrate(dataset.string() + " --keep-depth --out " + written.string());
   EXPECT_NE(kept.out.find("pattern      "), std::string::npos) << kept.out;
-  EXPECT_TRUE(apps::LoadConfig(written).sensor.depth_pattern.IsZero());
+  EXPECT_TRUE(ReadSensor(written).sensor.depth_pattern.IsZero());
 }
 
 // `highwall slam` estimates the depth distortion online.

@@ -9,7 +9,6 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/sensor_profile.h>
 
-#include "files/yaml_reader.h"
 #include "run/calibration_file.h"
 #include "support/generated_tum.h"
 #include "support/message_of.h"
@@ -30,7 +29,7 @@ std::string LoadMessage(const std::string& text) {
   const TemporaryDirectory folder;
   const std::string path = (folder.path() / "c.yaml").string();
   WriteText(path, text);
-  const std::string message = MessageOf<IoError>([&] { LoadConfig(path); });
+  const std::string message = MessageOf<IoError>([&] { ReadSensor(path); });
   EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   EXPECT_TRUE(message.starts_with(path)) << message;
   return message.substr(std::min(path.size(), message.size()));
@@ -40,7 +39,7 @@ TEST(Config, ReadsCameraDepthFactorAndNoise) {
   const TemporaryDirectory folder;
   const auto path = folder.path() / "c.yaml";
   WriteText(path, std::string(kCamera) + "depth_factor: 1000  # mm\ndepth_noise: {offset: 0.01}\n");
-  const RgbdSensor sensor = LoadConfig(path).sensor;
+  const RgbdSensor sensor = ReadSensor(path).sensor;
   EXPECT_EQ(sensor.camera.width, 320);
   EXPECT_EQ(sensor.camera.fx, 260.5);
   EXPECT_EQ(sensor.camera.cy, 120.0);
@@ -55,25 +54,25 @@ TEST(Config, ReadsWhenTheRowsOfTheImagesAreTaken) {
   const auto path = folder.path() / "c.yaml";
   const std::string start = std::string(kCamera) + "depth_factor: 1000\n";
   WriteText(path, start);
-  EXPECT_EQ(LoadConfig(path).sensor.timing.colour_readout, 0.0);
+  EXPECT_EQ(ReadSensor(path).sensor.timing.colour_readout, 0.0);
   WriteText(path, start +
                       "colour: {readout: 0.026}\ndepth: {delay: -0.004, readout: 0.01, "
                       "inverse_offset: -0.0065}\n");
-  const FrameTiming timing = LoadConfig(path).sensor.timing;
+  const FrameTiming timing = ReadSensor(path).sensor.timing;
   EXPECT_EQ(timing.colour_readout, 0.026);
   EXPECT_EQ(timing.depth_readout, 0.01);
   EXPECT_EQ(timing.depth_delay, -0.004);
-  EXPECT_EQ(LoadConfig(path).sensor.inverse_depth_offset, -0.0065);
-  EXPECT_TRUE(LoadConfig(path).sensor.depth_pattern.IsZero());
+  EXPECT_EQ(ReadSensor(path).sensor.inverse_depth_offset, -0.0065);
+  EXPECT_TRUE(ReadSensor(path).sensor.depth_pattern.IsZero());
   WriteText(path, start + "depth:\n  pattern: [1,2,3]\n");
   EXPECT_NE(MessageOf<IoError>([&] {
-              LoadConfig(path);
+              ReadSensor(path);
             }).find(":4: 'pattern' must be a list of 20 finite numbers"),
             std::string::npos)
-      << MessageOf<IoError>([&] { LoadConfig(path); });
+      << MessageOf<IoError>([&] { ReadSensor(path); });
   const auto message = [&](const std::string& lines) {
     WriteText(path, start + lines);
-    return MessageOf<IoError>([&] { LoadConfig(path); });
+    return MessageOf<IoError>([&] { ReadSensor(path); });
   };
   const auto says = [&](const std::string& lines, const std::string& words) {
     const std::string text = message(lines);
@@ -86,9 +85,9 @@ TEST(Config, ReadsWhenTheRowsOfTheImagesAreTaken) {
   says("colour:\n  readout: -2\n", ":4: colour: readout must");
   says("depth_range:\n  max: 0.01\n", ":4: depth_range: max must exceed");
   WriteText(path, start + "colour: {readout: -0.01}\n");
-  EXPECT_THROW(LoadConfig(path), IoError);
+  EXPECT_THROW(ReadSensor(path), IoError);
   WriteText(path, start + "colour: {read_out: 0.01}\n");
-  EXPECT_THROW(LoadConfig(path), IoError);
+  EXPECT_THROW(ReadSensor(path), IoError);
 }
 
 TEST(Config, ReadsTheNoiseOfAStereoSensor) {
@@ -96,10 +95,10 @@ TEST(Config, ReadsTheNoiseOfAStereoSensor) {
   const auto path = folder.path() / "c.yaml";
   const std::string start = std::string(kCamera) + "depth_factor: 1000\ndepth_noise: ";
   WriteText(path, start + "{baseline: 0.05, focal: 385, subpixel: 0.1}\n");
-  const DepthNoise given = LoadConfig(path).sensor.depth_noise;
+  const DepthNoise given = ReadSensor(path).sensor.depth_noise;
   EXPECT_NEAR(given.Sigma(1.5), 0.1 * 1.5 * 1.5 / (385.0 * 0.05), 1e-12);
   WriteText(path, start + "{baseline: 0.05, focal: 385}\n");
-  const DepthNoise usual = LoadConfig(path).sensor.depth_noise;
+  const DepthNoise usual = ReadSensor(path).sensor.depth_noise;
   EXPECT_NEAR(usual.Sigma(1.5), DepthNoise::Stereo(0.08, 385.0, 0.05).Sigma(1.5), 1e-12);
   // The two alternatives exclude each other.
   const auto message = [&](const std::string& noise) { return LoadMessage(start + noise + "\n"); };
@@ -113,7 +112,7 @@ TEST(Config, TakesRangeFactorAndNoiseFromANamedSensor) {
   const TemporaryDirectory folder;
   const auto path = folder.path() / "c.yaml";
   WriteText(path, "sensor: d435\n" + std::string(kCamera));
-  const RgbdSensor named = LoadConfig(path).sensor;
+  const RgbdSensor named = ReadSensor(path).sensor;
   const RgbdSensor profile = FindSensorProfile("d435")->SensorFor(named.camera);
   EXPECT_EQ(named.camera.fx, 260.5);
   EXPECT_EQ(named.depth_factor, 1000.0);
@@ -128,7 +127,7 @@ TEST(Config, TheFileOverridesTheSensor) {
   WriteText(path, std::string(kCamera) +
                       "sensor: l515\ndepth_factor: 1000\ndepth_range: {max: 4.5}\n"
                       "depth_noise: {offset: 0.01}\n");
-  const RgbdSensor sensor = LoadConfig(path).sensor;
+  const RgbdSensor sensor = ReadSensor(path).sensor;
   EXPECT_EQ(sensor.depth_factor, 1000.0);
   EXPECT_EQ(sensor.min_depth, 0.25);
   EXPECT_EQ(sensor.max_depth, 4.5);
@@ -140,8 +139,8 @@ TEST(Config, WithoutASensorTheRangeIsWide) {
   const TemporaryDirectory folder;
   const auto path = folder.path() / "c.yaml";
   WriteText(path, std::string(kCamera) + "depth_factor: 1000\n");
-  EXPECT_EQ(LoadConfig(path).sensor.min_depth, 0.05);
-  EXPECT_EQ(LoadConfig(path).sensor.max_depth, 20.0);
+  EXPECT_EQ(ReadSensor(path).sensor.min_depth, 0.05);
+  EXPECT_EQ(ReadSensor(path).sensor.max_depth, 20.0);
 }
 
 TEST(Config, NamesAnUnknownSensorAndABadRange) {
@@ -163,7 +162,7 @@ TEST(Config, ReadsTheDistortion) {
   WriteText(path,
             "depth_factor: 5000\ncamera:\n  width: 640\n  height: 480\n  fx: 500\n  fy: 500\n"
             "  cx: 320\n  cy: 240\n  k1: 0.1\n  k2: -0.2\n  p1: 0.003\n  p2: 0.004\n  k3: 0.5\n");
-  const PinholeCamera camera = LoadConfig(path).sensor.camera;
+  const PinholeCamera camera = ReadSensor(path).sensor.camera;
   EXPECT_EQ(camera.k1, 0.1);
   EXPECT_EQ(camera.k2, -0.2);
   EXPECT_EQ(camera.p1, 0.003);
@@ -176,18 +175,18 @@ TEST(Config, ReadsAnImu) {
   const auto path = folder.path() / "c.yaml";
   const std::string camera = std::string(kCamera) + "depth_factor: 1000\n";
   WriteText(path, camera);
-  EXPECT_FALSE(LoadConfig(path).imu.has_value());
+  EXPECT_FALSE(ReadSensor(path).imu.has_value());
   WriteText(path, camera + "imu: {}\n");
-  ASSERT_TRUE(LoadConfig(path).imu.has_value());
-  EXPECT_EQ(LoadConfig(path).imu->T_BC.Matrix(), Eigen::Matrix4d::Identity());
-  EXPECT_EQ(LoadConfig(path).imu->noise.gyroscope, ImuNoise{}.gyroscope);
+  ASSERT_TRUE(ReadSensor(path).imu.has_value());
+  EXPECT_EQ(ReadSensor(path).imu->T_BC.Matrix(), Eigen::Matrix4d::Identity());
+  EXPECT_EQ(ReadSensor(path).imu->noise.gyroscope, ImuNoise{}.gyroscope);
   WriteText(path, camera +
                       "imu:\n  T_BC: [0, -1, 0, 0.1, 1, 0, 0, 0.2, 0, 0, 1, 0.3, 0, 0, 0, 1]\n"
                       "  gyroscope_noise: 1e-3\n  accelerometer_noise: 2e-3\n"
                       "  gyroscope_walk: 3e-5\n  accelerometer_walk: 4e-4\n"
                       "  rate: 250\n  time_offset: -0.01\n"
                       "  gyroscope_range: 8.7\n  accelerometer_range: 39.2\n");
-  const ImuCalibration imu = LoadConfig(path).imu.value();
+  const ImuCalibration imu = ReadSensor(path).imu.value();
   EXPECT_EQ(imu.T_BC.p(), Eigen::Vector3d(0.1, 0.2, 0.3));
   EXPECT_LT((imu.T_BC * Eigen::Vector3d(1, 0, 0) - Eigen::Vector3d(0.1, 1.2, 0.3)).norm(), 1e-15);
   EXPECT_EQ(imu.noise.gyroscope, 1e-3);
@@ -269,7 +268,7 @@ TEST(Config, NamesTheModelOfALensWithMoreCoefficients) {
   const TemporaryDirectory folder;
   const auto path = folder.path() / "c.yaml";
   WriteText(path, with("k4: 0, k5: 0.0, k6: 0"));
-  EXPECT_EQ(LoadConfig(path).sensor.camera.k1, 0.1) << "the same model";
+  EXPECT_EQ(ReadSensor(path).sensor.camera.k1, 0.1) << "the same model";
 }
 
 TEST(Config, NamesTheCalibrationOfAnotherSystemAndHowOursIsWritten) {
@@ -347,7 +346,7 @@ TEST(Config, RefusesFilesThatAreNoYamlMap) {
   EXPECT_TRUE(LoadMessage("camera: {width: 3\n").find("is not YAML") != std::string::npos);
   EXPECT_EQ(LoadMessage(""), ": holds no 'key: value' lines");
   EXPECT_EQ(LoadMessage("just words\n"), ": holds no 'key: value' lines");
-  EXPECT_EQ(MessageOf<IoError>([] { LoadConfig("/nowhere/c.yaml"); }),
+  EXPECT_EQ(MessageOf<IoError>([] { ReadSensor("/nowhere/c.yaml"); }),
             "/nowhere/c.yaml: is missing or cannot be read");
 }
 
@@ -412,7 +411,7 @@ TEST(WriteConfig, IsReadBack) {
   config.imu->time_offset = -0.0123456789;
   config.imu->accelerometer_range = 4.0 * 9.80665;
   WriteConfig(path, config);
-  const RunConfig read = LoadConfig(path);
+  const RunConfig read = ReadSensor(path);
   EXPECT_EQ(read.sensor.camera.fx, config.sensor.camera.fx);
   EXPECT_EQ(read.sensor.camera.k3, config.sensor.camera.k3);
   EXPECT_EQ(read.sensor.depth_factor, config.sensor.depth_factor);
@@ -428,7 +427,7 @@ TEST(WriteConfig, IsReadBack) {
   EXPECT_TRUE(std::isinf(read.imu->gyroscope_range)) << "nobody said";
   config.imu.reset();
   WriteConfig(path, config);
-  EXPECT_FALSE(LoadConfig(path).imu.has_value());
+  EXPECT_FALSE(ReadSensor(path).imu.has_value());
 }
 
 }  // namespace

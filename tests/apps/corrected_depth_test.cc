@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "run/config.h"
+#include "run/calibration_file.h"
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
 #include "support/run_program.h"
@@ -49,7 +49,7 @@ TEST_F(CorrectedDepth, OfRowsIsTakenAtTheTimeOfItsPixelsByARunAndByAMapOfIt) {
   options.readout = options.depth_readout = options.depth_delay = 0.03;
   const fs::path room = folder_ / "room";
   simulate::WriteTum(simulate::SimulateRoom(options), room);
-  apps::RunConfig config = apps::LoadConfig(room / "calibration.yaml");
+  apps::RunConfig config = ReadSensor(room / "calibration.yaml");
   config.sensor.timing = {.colour_readout = 0.03, .depth_readout = 0.03, .depth_delay = 0.03};
   apps::WriteConfig(room / "calibration.yaml", config);
   Highwall("slam --dataset room --deterministic --out run");

@@ -110,7 +110,7 @@ TEST(WriteTum, CalibrationReadsBackExactly) {
   options.camera.k1 = 0.1 / 3.0;
   options.camera.p2 = -0.002;
   WriteTum(SimulateRoom(options), folder.path() / "room");
-  const RgbdSensor sensor = apps::LoadConfig(apps::CalibrationFile(folder.path() / "room")).sensor;
+  const RgbdSensor sensor = ReadSensor(apps::CalibrationFile(folder.path() / "room")).sensor;
   EXPECT_EQ(sensor.camera.width, 160);
   EXPECT_EQ(sensor.camera.height, 120);
   EXPECT_EQ(sensor.camera.fx, 131.25);
@@ -181,7 +181,7 @@ TEST(WriteTum, ImuCalibrationReadsBackExactly) {
   options.duration = 1.0 / options.fps;
   options.imu.time_offset = 0.02;
   WriteTum(SimulateRoom(options), folder.path() / "room");
-  const auto imu = apps::LoadConfig(apps::CalibrationFile(folder.path() / "room")).imu;
+  const auto imu = ReadSensor(apps::CalibrationFile(folder.path() / "room")).imu;
   ASSERT_TRUE(imu.has_value());
   EXPECT_EQ(imu->T_BC.Matrix(), options.imu.T_BC.Matrix());
   EXPECT_EQ(imu->noise.gyroscope, options.imu.noise.gyroscope);
@@ -194,7 +194,7 @@ TEST(WriteTum, ImuCalibrationReadsBackExactly) {
   // Of the faults, the data sheet states only the ranges.
   options.imu.faults = HardImuFaults();
   WriteTum(SimulateRoom(options), folder.path() / "hard");
-  const auto hard = apps::LoadConfig(apps::CalibrationFile(folder.path() / "hard")).imu;
+  const auto hard = ReadSensor(apps::CalibrationFile(folder.path() / "hard")).imu;
   EXPECT_EQ(hard->accelerometer_range, options.imu.faults.accelerometer_range);
   EXPECT_EQ(hard->gyroscope_range, options.imu.faults.gyroscope_range);
 }
@@ -294,7 +294,7 @@ TEST(SimulateCommand, LeavesTheImuOutOnRequest) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_FALSE(fs::exists(folder.path() / "imu.csv"));
   EXPECT_FALSE(fs::exists(folder.path() / "groundtruth_state.csv"));
-  EXPECT_FALSE(apps::LoadConfig(apps::CalibrationFile(folder.path())).imu.has_value());
+  EXPECT_FALSE(ReadSensor(apps::CalibrationFile(folder.path())).imu.has_value());
 }
 
 TEST(SimulateCommand, MovesTheClockOfTheImuAndIsStationaryAtFirst) {
@@ -316,7 +316,7 @@ TEST(SimulateCommand, RecordsTheRoadWithADepthCameraInTheOpen) {
   EXPECT_EQ(CountEntries(road / "rgb"), 3);
   EXPECT_EQ(ReadText(road / "stretches.csv"),
             "#kind,begin [s],end [s]\nblackout,2.000000,2.500000\n");
-  const RgbdSensor sensor = apps::LoadConfig(apps::CalibrationFile(road)).sensor;
+  const RgbdSensor sensor = ReadSensor(apps::CalibrationFile(road)).sensor;
   EXPECT_EQ(sensor.camera.width, 160);
   EXPECT_EQ(sensor.camera.fx, 153.75);
   EXPECT_EQ(sensor.camera.cx, 79.5);  // the middle of the image is unchanged
@@ -357,7 +357,7 @@ TEST(SimulateCommand, FilmsTheRoomAlongARecordedMotionWithItsReadings) {
   const TumDataset dataset(folder.path() / "room");
   // 0.6 s before and after are reserved for the readings.
   EXPECT_NEAR(static_cast<double>(dataset.size()), 2.8 * 30.0, 2.0);
-  const auto calibration = apps::LoadConfig(apps::CalibrationFile(folder.path() / "room")).imu;
+  const auto calibration = ReadSensor(apps::CalibrationFile(folder.path() / "room")).imu;
   ASSERT_TRUE(calibration.has_value());
   EXPECT_EQ(calibration->noise.gyroscope, 1e-4);
   const ImuRecording imu =
@@ -417,7 +417,7 @@ TEST(SimulateCommand, WritesTheErrorsOfTheCameraOnRequest) {
                 "  inverse_offset: -0.0065359477124183\n");
   calibration("pattern", " --write-errors --depth-pattern 0.03");
   const DepthPattern pattern =
-      apps::LoadConfig(folder.path() / "pattern" / "calibration.yaml").sensor.depth_pattern;
+      ReadSensor(folder.path() / "pattern" / "calibration.yaml").sensor.depth_pattern;
   EXPECT_LT((pattern.nodes - simulate::SensorOptions{.depth_pattern = 0.03}.Pattern().nodes).norm(),
             1e-12);
   for (const char* list : {"rgb.txt", "groundtruth.txt", "imu.csv"}) {

@@ -1,4 +1,4 @@
-#include "run/config.h"
+#include <highwall/frontend/input/read_sensor.h>
 
 #include "fuzz.h"
 
@@ -21,7 +21,7 @@ const Target kTarget{
               "a: &x [1, {b: 'c'}]\n? *x\n: !!str |\n  text\n--- # another\n"};
         },
     .file = nullptr,
-    .read = [](const std::filesystem::path& path) { apps::LoadConfig(path); },
+    .read = [](const std::filesystem::path& path) { ReadSensor(path); },
 };
 
 }  // namespace highwall::fuzz

@@ -87,26 +87,6 @@ def test_dynamic_objects_are_left_out(sensor):
     assert near(still) < 0.5 * near(moved)
 
 
-def sensor_of(recording):
-    """The sensor of calibration.yaml, as the simulator writes it."""
-    sections, section = {"": {}}, ""
-    for line in (recording / "calibration.yaml").read_text().splitlines():
-        key, value = line.strip().split(":")
-        if not value:
-            section = sections.setdefault(key, {})
-        elif line.startswith(" "):
-            section[key] = float(value)
-        else:
-            sections[""][key] = float(value)
-    camera = sections["camera"]
-    camera.update(width=int(camera["width"]), height=int(camera["height"]))
-    return hw.RgbdSensor(
-        camera=hw.PinholeCamera(**camera), depth_factor=sections[""]["depth_factor"],
-        min_depth=sections["depth_range"]["min"], max_depth=sections["depth_range"]["max"],
-        depth_noise=hw.DepthNoise(**sections["depth_noise"])
-    )
-
-
 @pytest.mark.skipif("HIGHWALL" not in os.environ, reason="the program is not built")
 def test_it_is_the_map_that_the_program_makes(tmp_path):
     # Somebody walks through; rows of colour are taken one after another, and depth comes late.
@@ -117,9 +97,10 @@ def test_it_is_the_map_that_the_program_makes(tmp_path):
         ["slam", "--dataset", room, "--out", run, "--deterministic"],
     ):
         subprocess.run([os.environ["HIGHWALL"], *arguments], check=True, capture_output=True)
-    slam = hw.SlamSystem(sensor_of(room), hw.SlamOptions(deterministic=True))
+    sensor = hw.read_sensor(room / "calibration.yaml").sensor
+    slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
     dense = hw.DenseMapper.following(slam, background=False)
-    frames = hw.open_dataset(room, sensor_of(room))
+    frames = hw.open_dataset(room, sensor)
     for image in (frames.load(i) for i in range(len(frames))):
         slam.track(image.stamp, image.bgr, image.depth)
     slam.finish()

@@ -1,4 +1,4 @@
-#include "run/foreign_calibration.h"
+#include "input/foreign_calibration.h"
 
 #include <algorithm>
 #include <cctype>
@@ -7,7 +7,7 @@
 
 #include <highwall/internal/number_text.h>
 
-namespace highwall::apps {
+namespace highwall {
 namespace {
 
 using Keys = std::set<std::string>;
@@ -95,4 +95,4 @@ std::optional<std::string> DescribeForeignCalibration(const std::string& text) {
   return std::nullopt;
 }
 
-}  // namespace highwall::apps
+}  // namespace highwall

@@ -15,7 +15,7 @@
 
 #include <highwall/internal/number_text.h>
 
-namespace highwall::apps {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Parses a scalar independently of the locale: yaml-cpp reads numbers by streams. Returns false if
 // it is not a T.
@@ -102,4 +102,4 @@ class YamlReader {
   std::list<YamlReader> sections_;
 };
 
-}  // namespace highwall::apps
+}  // namespace highwall

@@ -1,4 +1,4 @@
-#include "files/yaml_reader.h"
+#include <highwall/frontend/input/yaml_reader.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,9 @@
 #include <yaml-cpp/yaml.h>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/did_you_mean.h>
 
-#include "cli/did_you_mean.h"
-
-namespace highwall::apps {
+namespace highwall {
 namespace {
 
 std::int64_t LineOfNode(const YAML::Node& node) {
@@ -158,4 +157,4 @@ void YamlReader::Finish() const {
   }
 }
 
-}  // namespace highwall::apps
+}  // namespace highwall

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace highwall::apps {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Returns the edit distance (Levenshtein 1966): the minimum number of insertions, deletions and
 // substitutions of characters that turn a into b.
@@ -18,4 +18,4 @@ std::string DidYouMean(const std::string& word, const std::vector<std::string>& 
 // Does the same for a missing path, with the entries of its folder.
 std::string DidYouMeanPath(const std::filesystem::path& path);
 
-}  // namespace highwall::apps
+}  // namespace highwall

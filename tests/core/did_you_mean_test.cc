@@ -1,4 +1,4 @@
-#include "cli/did_you_mean.h"
+#include <highwall/internal/did_you_mean.h>
 
 #include <filesystem>
 
@@ -6,7 +6,7 @@
 
 #include "support/temporary_directory.h"
 
-namespace highwall::apps::did_you_mean_test {
+namespace highwall::did_you_mean_test {
 namespace {
 
 TEST(EditDistance, CountsInsertionsDeletionsAndReplacements) {
@@ -38,4 +38,4 @@ TEST(DidYouMean, NamesThePathThatIsMeant) {
 }
 
 }  // namespace
-}  // namespace highwall::apps::did_you_mean_test
+}  // namespace highwall::did_you_mean_test

@@ -1,11 +1,11 @@
-#include "cli/did_you_mean.h"
+#include <highwall/internal/did_you_mean.h>
 
 #include <algorithm>
 #include <numeric>
 #include <optional>
 #include <system_error>
 
-namespace highwall::apps {
+namespace highwall {
 namespace {
 
 // Returns the most similar known word, if it is similar enough.
@@ -60,4 +60,4 @@ std::string DidYouMeanPath(const std::filesystem::path& path) {
   return name ? Ask((folder / *name).string()) : "";
 }
 
-}  // namespace highwall::apps
+}  // namespace highwall

@@ -1,0 +1,64 @@
+#include <highwall/frontend/input/read_sensor.h>
+
+#include <filesystem>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/error.h>
+
+#include "support/message_of.h"
+#include "support/temporary_directory.h"
+
+// tests/apps/config_test.cc has every key and what programs do with the file.
+namespace highwall::read_sensor_test {
+namespace {
+
+using testing::ExpectError;
+
+class ReadSensorTest : public ::testing::Test {
+ protected:
+  SensorCalibration Read(const std::string& text) const {
+    testing::WriteText(path(), text);
+    return ReadSensor(path());
+  }
+  void ExpectRefused(const std::string& text, const std::string& message) const {
+    ExpectError<IoError>(path().string() + message, [&] { Read(text); });
+  }
+  std::filesystem::path path() const { return folder_ / "calibration.yaml"; }
+
+ private:
+  const testing::TemporaryDirectory folder_;
+};
+
+const std::string kCamera =
+    "camera: {width: 320, height: 240, fx: 260, fy: 261, cx: 159, cy: 120}\n";
+
+TEST_F(ReadSensorTest, ReadsCameraDepthImuAndAntenna) {
+  const SensorCalibration read = Read(kCamera +
+                                      "depth_factor: 1000\n"
+                                      "depth: {inverse_offset: -0.01}\n"
+                                      "imu: {rate: 100, T_BC: [1, 0, 0, 0.5, 0, 1, 0, 0, "
+                                      "0, 0, 1, 0, 0, 0, 0, 1]}\n"
+                                      "gps: {antenna: [1, 2, 3]}\n");
+  EXPECT_EQ(read.sensor.camera.height, 240);
+  EXPECT_EQ(read.sensor.depth_factor, 1000.0);
+  EXPECT_EQ(read.sensor.inverse_depth_offset, -0.01);
+  ASSERT_TRUE(read.imu);
+  EXPECT_EQ(read.imu->rate, 100.0);
+  EXPECT_EQ(read.imu->T_BC.p(), Eigen::Vector3d(0.5, 0.0, 0.0));
+  EXPECT_EQ(read.antenna_B, Eigen::Vector3d(1.0, 2.0, 3.0));
+}
+
+TEST_F(ReadSensorTest, NamesTheFileTheLineAndTheRemedy) {
+  ExpectRefused(kCamera + "depth_facter: 1000\n",
+                ":2: unknown key 'depth_facter'; did you mean 'depth_factor'?");
+  ExpectRefused(kCamera + "depth_factor: -1\n", ":2: depth_factor must be positive");
+  ExpectRefused(kCamera, ": key 'depth_factor' is missing");
+  ExpectRefused("Camera.fx: 500\n", ": is a settings file of ORB-SLAM, which is not read; write");
+  ExpectError<IoError>("calibratoin.yaml: is missing or cannot be read; did you mean '",
+                       [&] { ReadSensor(path().parent_path() / "calibratoin.yaml"); });
+}
+
+}  // namespace
+}  // namespace highwall::read_sensor_test
