@@ -31,8 +31,7 @@ class LandmarkFusionTest : public ::testing::Test {
   const KeyFrame& keyframe() { return *map().keyframe(id); }
   MapFusion Fuse(const FusionOptions& options) {
     const std::vector<KeyFrameId> old{0_kf, 1_kf};
-    return FuseLandmarks(id, map().SeenBy<MapPoint>(old, keyframe().points),
-                         map().SeenBy<MapLine>(old, keyframe().lines), matcher, options, &map());
+    return FuseLandmarks(id, old, matcher, options, &map());
   }
 
   const Scene scene = MakeScene(5, 300, 30);
@@ -47,9 +46,9 @@ TEST_F(LandmarkFusionTest, TwofoldLandmarksBecomeOne) {
   const LineId line = map().keyframe(0_kf)->lines[0];
   ASSERT_NE(from, into);
   MapFusion fusion;
-  fusion.points = {{from, into}, {from, into}, {PointId(12345), into}};
-  fusion.lines = {{LineId(54321), line}};
-  fusion.point_observations = {{99_kf, 0, into}};
+  fusion.merged.points = {{from, into}, {from, into}, {PointId(12345), into}};
+  fusion.merged.lines = {{LineId(54321), line}};
+  fusion.observed.points = {{99_kf, 0, into}};
   Apply(fusion, &map());
   EXPECT_EQ(map().Find(from), nullptr);
   ASSERT_NE(map().Find(into), nullptr);
@@ -59,15 +58,15 @@ TEST_F(LandmarkFusionTest, TwofoldLandmarksBecomeOne) {
 TEST_F(LandmarkFusionTest, LandmarksOfAnotherPartAreFoundInAKeyFrame) {
   const Map before = map().Clone();
   const MapFusion fusion = Fuse({});
-  EXPECT_GT(fusion.points.size(), keyframe().points.size() / 2);
-  EXPECT_GT(fusion.lines.size(), 3u);
-  EXPECT_TRUE(fusion.point_observations.empty()) << "every feature had a landmark";
-  for (const auto& [from, into] : fusion.points) {
+  EXPECT_GT(fusion.merged.points.size(), keyframe().points.size() / 2);
+  EXPECT_GT(fusion.merged.lines.size(), 3u);
+  EXPECT_TRUE(fusion.observed.points.empty()) << "every feature had a landmark";
+  for (const auto& [from, into] : fusion.merged.points) {
     EXPECT_LT((before.Find(from)->p_W - before.Find(into)->p_W).norm(), 0.02);
     EXPECT_EQ(map().Find(from), nullptr);
   }
-  EXPECT_EQ(map().num<MapPoint>(), before.num<MapPoint>() - fusion.points.size());
-  EXPECT_EQ(map().num<MapLine>(), before.num<MapLine>() - fusion.lines.size());
+  EXPECT_EQ(map().num<MapPoint>(), before.num<MapPoint>() - fusion.merged.points.size());
+  EXPECT_EQ(map().num<MapLine>(), before.num<MapLine>() - fusion.merged.lines.size());
 }
 
 TEST_F(LandmarkFusionTest, TheSideThatIsLookedForStaysUnlessTheOtherIsObservedMore) {
@@ -86,7 +85,7 @@ TEST_F(LandmarkFusionTest, TheSideThatIsLookedForStaysUnlessTheOtherIsObservedMo
   ASSERT_NE(map().Find(observed_more), nullptr);
   EXPECT_EQ(map().Find(observed_more)->observations.size(), 5u)
       << "three of its own, two of the other";
-  const auto stays = std::count_if(fusion.points.begin(), fusion.points.end(),
+  const auto stays = std::count_if(fusion.merged.points.begin(), fusion.merged.points.end(),
                                    [&](const auto& p) { return p.second == observed_more; });
   EXPECT_EQ(stays, 1);
 }
@@ -94,8 +93,8 @@ TEST_F(LandmarkFusionTest, TheSideThatIsLookedForStaysUnlessTheOtherIsObservedMo
 TEST_F(LandmarkFusionTest, LinesThatTheKeyFrameObservesStayApartWhereTheyAreNotToMerge) {
   const std::size_t before = map().num<MapLine>();
   const MapFusion fusion = Fuse({.merge_lines = false});
-  EXPECT_TRUE(fusion.lines.empty());
-  EXPECT_TRUE(fusion.line_observations.empty()) << "every feature had a landmark";
+  EXPECT_TRUE(fusion.merged.lines.empty());
+  EXPECT_TRUE(fusion.observed.lines.empty()) << "every feature had a landmark";
   EXPECT_EQ(map().num<MapLine>(), before);
 }
 

@@ -39,23 +39,23 @@ TEST_F(LoopDetectorTest, FindsTheReturnToTheStartInSpiteOfDrift) {
   EXPECT_LT(AngleError(loop->edge.Z, truth), 0.01);
   EXPECT_LT(loop->edge.match, 6_kf);
   EXPECT_GT(loop->edge.keyframe, 40_kf) << "only then the start comes into view";
-  EXPECT_GT(loop->points.size(), 30u);
-  EXPECT_GT(loop->lines.size(), 3u);
+  EXPECT_GT(loop->matches.points.size(), 30u);
+  EXPECT_GT(loop->matches.lines.size(), 3u);
 }
 
 TEST_F(LoopDetectorTest, LinesPassTheOutlierRuleOfTheModel) {
   LoopScene scene({.drift = {0.02, 0.0, 0.01}, .measurement = testing::kStrictLines});
   const auto loop = Feed(scene);
   ASSERT_TRUE(loop);
-  EXPECT_GT(loop->points.size(), 30u);
-  EXPECT_LE(loop->lines.size(), 2u);
+  EXPECT_GT(loop->matches.points.size(), 30u);
+  EXPECT_LE(loop->matches.lines.size(), 2u);
 }
 
 TEST_F(LoopDetectorTest, LinesAloneAreEnough) {
   LoopScene scene({.points = 0, .lines = 1500, .drift = {0.005, 0.0, 0.0}});
   const auto loop = Feed(scene);
   ASSERT_TRUE(loop);
-  EXPECT_TRUE(loop->points.empty());
+  EXPECT_TRUE(loop->matches.points.empty());
   const Pose truth =
       scene.truth[loop->edge.match.index()].Inverse() * scene.truth[loop->edge.keyframe.index()];
   EXPECT_LT(PositionError(loop->edge.Z, truth), 0.03);

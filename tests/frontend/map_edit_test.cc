@@ -38,14 +38,14 @@ TEST_F(MapEditTest, LandmarksFollowTheKeyFrameThatSawThemFirst) {
   EXPECT_LT(PositionError(map().keyframe(1_kf)->T_WC, kMove * kPoses[1]), 1e-12);
   for (const PointId id : map().ids<MapPoint>()) {
     const MapPoint& point = *map().Find(id);
-    const Eigen::Vector3d& old = before.points.at(id);
+    const Eigen::Vector3d& old = before.landmarks.points.at(id);
     const Eigen::Vector3d expected =
         point.observations.front().keyframe == 0_kf ? old : kMove * old;
     EXPECT_LT((point.p_W - expected).norm(), 1e-12);
   }
   for (const LineId id : map().ids<MapLine>()) {
     const MapLine& line = *map().Find(id);
-    const Segment3& old = before.lines.at(id);
+    const Segment3& old = before.landmarks.lines.at(id);
     const Segment3 expected = line.observations.front().keyframe == 0_kf ? old : kMove * old;
     EXPECT_LT((line.segment_W.p() - expected.p()).norm(), 1e-12);
   }
@@ -101,10 +101,10 @@ TEST_F(MapEditTest, DoesNotCorrectAnErrorTwiceThatWasCorrectedMeanwhile) {
     EXPECT_LT(PositionError(map().keyframe(id)->T_WC, now.keyframes.at(id)), 1e-12) << id;
   }
   for (const PointId id : map().ids<MapPoint>()) {
-    EXPECT_LT((map().Find(id)->p_W - now.points.at(id)).norm(), 1e-12);
+    EXPECT_LT((map().Find(id)->p_W - now.landmarks.points.at(id)).norm(), 1e-12);
   }
   for (const LineId id : map().ids<MapLine>()) {
-    EXPECT_LT((map().Find(id)->segment_W.p() - now.lines.at(id).p()).norm(), 1e-12);
+    EXPECT_LT((map().Find(id)->segment_W.p() - now.landmarks.lines.at(id).p()).norm(), 1e-12);
   }
 }
 

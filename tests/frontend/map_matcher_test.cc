@@ -29,13 +29,13 @@ class MapMatcherTest : public ::testing::Test {
   MapMatcherTest() { scene_map.Add(view, kPose); }
 
   std::vector<bool> NoneOf(std::size_t count) const { return std::vector<bool>(count, false); }
-  PointMatches MatchPoints(const SyntheticView& seen, const Pose& T_WC,
-                           std::vector<PointId>* visible = nullptr) const {
-    return matcher.MatchPoints(*seen.features, T_WC, scene_map.map, scene_map.map.ids<MapPoint>(),
-                               NoneOf(seen.points.size()), visible);
+  LandmarkMatches<MapPoint> MatchPoints(const SyntheticView& seen, const Pose& T_WC,
+                                        std::vector<PointId>* visible = nullptr) const {
+    return matcher.Match(*seen.features, T_WC, scene_map.map, scene_map.map.ids<MapPoint>(),
+                         NoneOf(seen.points.size()), visible);
   }
   // Every match joins a feature with the landmark of the same index in the scene.
-  void ExpectTrue(const PointMatches& matches, const SyntheticView& seen) const {
+  void ExpectTrue(const LandmarkMatches<MapPoint>& matches, const SyntheticView& seen) const {
     for (const auto& [feature, id] : matches) {
       const int place = seen.points[static_cast<std::size_t>(feature)];
       EXPECT_EQ(id, scene_map.point_ids[static_cast<std::size_t>(place)]);
@@ -51,7 +51,7 @@ class MapMatcherTest : public ::testing::Test {
 
 TEST_F(MapMatcherTest, FindsEveryPointWhereItWasSeen) {
   std::vector<PointId> visible;
-  const PointMatches matches = MatchPoints(view, kPose, &visible);
+  const LandmarkMatches<MapPoint> matches = MatchPoints(view, kPose, &visible);
   ExpectTrue(matches, view);
   // In crowded windows a random descriptor may be similar (ratio test); here none is.
   EXPECT_EQ(matches.size(), view.points.size());
@@ -60,7 +60,7 @@ TEST_F(MapMatcherTest, FindsEveryPointWhereItWasSeen) {
 
 TEST_F(MapMatcherTest, FindsThePointsInViewFromTheNextPose) {
   const SyntheticView next = Look(scene, IdealSensor(), kNext);
-  const PointMatches matches = MatchPoints(next, kNext);
+  const LandmarkMatches<MapPoint> matches = MatchPoints(next, kNext);
   ExpectTrue(matches, next);
   int known = 0;
   for (const int place : next.points) {
@@ -72,8 +72,8 @@ TEST_F(MapMatcherTest, FindsThePointsInViewFromTheNextPose) {
 TEST_F(MapMatcherTest, LeavesTakenFeaturesAlone) {
   std::vector<bool> taken(view.points.size(), false);
   taken[3] = taken[5] = true;
-  const PointMatches matches = matcher.MatchPoints(*view.features, kPose, scene_map.map,
-                                                   scene_map.map.ids<MapPoint>(), taken);
+  const LandmarkMatches<MapPoint> matches =
+      matcher.Match(*view.features, kPose, scene_map.map, scene_map.map.ids<MapPoint>(), taken);
   EXPECT_EQ(matches.size(), view.points.size() - 2);
   for (const auto& [feature, id] : matches) EXPECT_TRUE(feature != 3 && feature != 5);
 }
@@ -135,7 +135,7 @@ TEST_F(MapMatcherTest, MatchesTheLandmarksOfTheLastFrame) {
   // px.
   const MeasurementModel wide_model(IdealSensor(), {.search = {.motion_radius = 30.0}});
   const MapMatcher wide(wide_model);
-  const PointMatches matches =
+  const LandmarkMatches<MapPoint> matches =
       wide.MatchLast(*next.features, kPose, scene_map.map, *view.features, last_points);
   ExpectTrue(matches, next);
   EXPECT_GT(matches.size(), next.points.size() * 8 / 10);
@@ -154,22 +154,21 @@ TEST_F(MapMatcherTest, ForgottenAndUnmatchedLandmarksAreSkipped) {
   last_points[2] = scene_map.map.keyframe(0_kf)->points[2];
   last_points[4] = scene_map.map.keyframe(0_kf)->points[4];
   scene_map.map.Remove(last_points[4]);
-  const PointMatches expected{{2, last_points[2]}};
+  const LandmarkMatches<MapPoint> expected{{2, last_points[2]}};
   EXPECT_EQ(matcher.MatchLast(*view.features, kPose, scene_map.map, *view.features, last_points),
             expected);
   EXPECT_TRUE(matcher
-                  .MatchPoints(*view.features, kPose, scene_map.map,
-                               std::vector<PointId>{kNoId, PointId(9999)},
-                               NoneOf(view.points.size()))
+                  .Match(*view.features, kPose, scene_map.map,
+                         std::vector<PointId>{kNoId, PointId(9999)}, NoneOf(view.points.size()))
                   .empty());
 }
 
 TEST_F(MapMatcherTest, FindsTheLinesInView) {
   const SyntheticView next = Look(scene, IdealSensor(), kNext);
   std::vector<LineId> visible;
-  const LineMatches matches =
-      matcher.MatchLines(*next.features, kNext, scene_map.map, scene_map.map.ids<MapLine>(),
-                         NoneOf(next.lines.size()), &visible);
+  const LandmarkMatches<MapLine> matches =
+      matcher.Match(*next.features, kNext, scene_map.map, scene_map.map.ids<MapLine>(),
+                    NoneOf(next.lines.size()), &visible);
   int known = 0;
   for (const int place : next.lines) {
     known += scene_map.line_ids[static_cast<std::size_t>(place)] != kNoId ? 1 : 0;
@@ -190,8 +189,8 @@ TEST_F(MapMatcherTest, LinesPassTheOutlierRuleOfTheModel) {
   const auto matches = [&](const MeasurementOptions& options) {
     const MeasurementModel rule(IdealSensor(), options);
     return MapMatcher(rule)
-        .MatchLines(*next.features, guess, scene_map.map, scene_map.map.ids<MapLine>(),
-                    NoneOf(next.lines.size()))
+        .Match(*next.features, guess, scene_map.map, scene_map.map.ids<MapLine>(),
+               NoneOf(next.lines.size()))
         .size();
   };
   EXPECT_GT(matches({}), 15U);
@@ -201,7 +200,7 @@ TEST_F(MapMatcherTest, LinesPassTheOutlierRuleOfTheModel) {
 TEST_F(MapMatcherTest, FindsLinesWithoutDescriptorsByTheirGates) {
   auto plain = std::make_shared<FrameFeatures>(*view.features);
   plain->line_descriptors = cv::Mat();
-  const LineMatches matches = matcher.MatchLines(
+  const LandmarkMatches<MapLine> matches = matcher.Match(
       *plain, kPose, scene_map.map, scene_map.map.ids<MapLine>(), NoneOf(view.lines.size()));
   EXPECT_EQ(matches.size(), view.lines.size());
   for (const auto& [feature, id] : matches) {
@@ -214,7 +213,8 @@ TEST_F(MapMatcherTest, LinesTakenShortOrOutOfViewAreNotMatched) {
   std::vector<bool> taken(view.lines.size(), true);
   taken[1] = false;
   const auto lines = scene_map.map.ids<MapLine>();
-  const LineMatches one = matcher.MatchLines(*view.features, kPose, scene_map.map, lines, taken);
+  const LandmarkMatches<MapLine> one =
+      matcher.Match(*view.features, kPose, scene_map.map, lines, taken);
   ASSERT_EQ(one.size(), 1u);
   EXPECT_EQ(one[0].first, 1);
 
@@ -223,8 +223,7 @@ TEST_F(MapMatcherTest, LinesTakenShortOrOutOfViewAreNotMatched) {
     line.segment_W = kPose * segment_C;
     std::vector<LineId> visible;
     const LineId ids[] = {line.id};
-    matcher.MatchLines(*view.features, kPose, scene_map.map, ids, NoneOf(view.lines.size()),
-                       &visible);
+    matcher.Match(*view.features, kPose, scene_map.map, ids, NoneOf(view.lines.size()), &visible);
     return !visible.empty();
   };
   EXPECT_TRUE(is_visible({{0, 0, 2}, {0.5, 0, 2}}));
@@ -237,9 +236,8 @@ TEST_F(MapMatcherTest, LinesTakenShortOrOutOfViewAreNotMatched) {
 TEST_F(MapMatcherTest, EmptyFeaturesMatchNothing) {
   const FrameFeatures empty;
   EXPECT_TRUE(
-      matcher.MatchPoints(empty, kPose, scene_map.map, scene_map.map.ids<MapPoint>(), {}).empty());
-  EXPECT_TRUE(
-      matcher.MatchLines(empty, kPose, scene_map.map, scene_map.map.ids<MapLine>(), {}).empty());
+      matcher.Match(empty, kPose, scene_map.map, scene_map.map.ids<MapPoint>(), {}).empty());
+  EXPECT_TRUE(matcher.Match(empty, kPose, scene_map.map, scene_map.map.ids<MapLine>(), {}).empty());
   EXPECT_TRUE(matcher
                   .MatchLast(empty, kPose, scene_map.map, *view.features,
                              scene_map.map.keyframe(0_kf)->points)

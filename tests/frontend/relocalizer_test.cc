@@ -46,8 +46,8 @@ TEST_F(RelocalizerTest, FindsThePoseFromScratch) {
   EXPECT_LT(PositionError(found->T_WC, kQuery), 1e-9);  // exact features: rounding
   EXPECT_LT(AngleError(found->T_WC, kQuery), 1e-9);
   EXPECT_EQ(found->keyframe, 2_kf) << "it shares most";
-  EXPECT_GT(found->points.size(), 40u);
-  for (const auto& [feature, id] : found->points) {
+  EXPECT_GT(found->matches.points.size(), 40u);
+  for (const auto& [feature, id] : found->matches.points) {
     const int place = view.points[static_cast<std::size_t>(feature)];
     EXPECT_EQ(id, scene_map.point_ids[static_cast<std::size_t>(place)]);
   }
@@ -68,7 +68,7 @@ TEST_F(RelocalizerTest, SetsWrongLandmarksAside) {
   // 1 px at 500 px and 3 m over some 60 points is a millimetre; the bound is ten times that.
   EXPECT_LT(PositionError(found->T_WC, kQuery), 0.01);
   EXPECT_LT(AngleError(found->T_WC, kQuery), 0.005);
-  for (const auto& [feature, id] : found->points) {
+  for (const auto& [feature, id] : found->matches.points) {
     EXPECT_FALSE(moved[static_cast<std::size_t>(view.points[static_cast<std::size_t>(feature)])]);
   }
 }
@@ -95,7 +95,7 @@ TEST_F(RelocalizerTest, NeedsNoMoreThanRansacFound) {
     EXPECT_LT(PositionError(found->T_WC, kQuery), 0.02) << seed;
     EXPECT_LT(AngleError(found->T_WC, kQuery), 0.01) << seed;
     int right = 0, wrong = 0;
-    for (const auto& [feature, id] : found->points) {
+    for (const auto& [feature, id] : found->matches.points) {
       const auto place = static_cast<std::size_t>(view.points[static_cast<std::size_t>(feature)]);
       ++(moved[place] ? wrong : right);
     }
@@ -186,7 +186,7 @@ TEST_F(RelocalizerTest, SameSeedGivesTheSameResult) {
   const auto second = Relocalizer(model, {}).Relocalize(*view.features, scene_map.map);
   ASSERT_TRUE(first && second);
   EXPECT_EQ(first->T_WC.Matrix(), second->T_WC.Matrix());
-  EXPECT_EQ(first->points, second->points);
+  EXPECT_EQ(first->matches.points, second->matches.points);
 }
 
 TEST_F(RelocalizerTest, MatchesOneKeyFrameWithoutAVote) {
@@ -223,8 +223,8 @@ TEST(RelocalizerOnLines, CountWherePointsAreFew) {
   EXPECT_FALSE(relocalizer.Relocalize(*points_only, scene_map.map));
   const auto found = relocalizer.Relocalize(*view.features, scene_map.map);
   ASSERT_TRUE(found);
-  EXPECT_GT(found->points.size(), 15u);
-  EXPECT_GT(found->lines.size(), 5u);
+  EXPECT_GT(found->matches.points.size(), 15u);
+  EXPECT_GT(found->matches.lines.size(), 5u);
   EXPECT_LT(PositionError(found->T_WC, kQuery), 1e-6);  // float pixels of lines
 }
 
@@ -240,9 +240,9 @@ TEST(RelocalizerOnLines, FindsThePoseFromAGuessNearby) {
   const auto found = relocalizer.Relocalize(*view.features, scene_map.map);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->keyframe, 0_kf);
-  EXPECT_TRUE(found->points.empty());
-  EXPECT_GE(found->lines.size(), 8u);
-  for (const auto& [feature, id] : found->lines) {
+  EXPECT_TRUE(found->matches.points.empty());
+  EXPECT_GE(found->matches.lines.size(), 8u);
+  for (const auto& [feature, id] : found->matches.lines) {
     const int place = view.lines[static_cast<std::size_t>(feature)];
     EXPECT_EQ(id, scene_map.line_ids[static_cast<std::size_t>(place)]);
   }

@@ -226,14 +226,11 @@ LineId LocalMapper::AddLine(const KeyFrame& keyframe, int index, const Segment3&
 }
 
 void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const {
-  const KeyFrame& keyframe = *map.keyframe(id);
-  const auto neighbours = Neighbours(map, id, kSharedToSearch, options_.fused_keyframes);
   const MapFusion fusion = FuseLandmarks(
-      id, map.SeenBy<MapPoint>(neighbours, keyframe.points),
-      map.SeenBy<MapLine>(neighbours, keyframe.lines), matcher_,
+      id, Neighbours(map, id, kSharedToSearch, options_.fused_keyframes), matcher_,
       {.inliers = parameters_.bundle.inliers, .keep_more_observed = true, .merge_lines = false},
       &map);
-  report.fused_points += static_cast<int>(fusion.points.size());
+  report.fused_points += static_cast<int>(fusion.merged.points.size());
 }
 
 template <class Landmark>

@@ -68,8 +68,8 @@ class LoopCloser::Job {
     Result result;
     result.report.accepted = closed.accepted;
     result.report.message = closed.message;
-    result.report.fused_points = static_cast<int>(closed.fusion.points.size());
-    result.report.fused_lines = static_cast<int>(closed.fusion.lines.size());
+    result.report.fused_points = static_cast<int>(closed.fusion.merged.points.size());
+    result.report.fused_lines = static_cast<int>(closed.fusion.merged.lines.size());
     result.report.merge = closed.merge;
     result.by_factors = std::move(closed.by_factors);
     if (closed.accepted) {

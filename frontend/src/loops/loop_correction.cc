@@ -22,13 +22,11 @@ MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, Map* map) {
   const auto older = WithNeighbours(*map, loop.edge.match, kSharedByPlace, kFusedKeyframes);
   const auto newer = WithNeighbours(*map, loop.edge.keyframe, kSharedByPlace, kFusedKeyframes);
   // The matches of the loop detection.
-  MapFusion all = FusionOf(*map->keyframe(loop.edge.keyframe), loop.points, loop.lines);
+  MapFusion all = FusionOf(*map->keyframe(loop.edge.keyframe), loop.matches);
   Apply(all, map);
   for (const KeyFrameId id : newer) {
-    const KeyFrame& keyframe = *map->keyframe(id);
     if (std::find(older.begin(), older.end(), id) != older.end()) continue;
-    all.Append(FuseLandmarks(id, map->SeenBy<MapPoint>(older, keyframe.points),
-                             map->SeenBy<MapLine>(older, keyframe.lines), matcher, {}, map));
+    all.Append(FuseLandmarks(id, older, matcher, {}, map));
   }
   return all;
 }

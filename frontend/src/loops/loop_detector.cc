@@ -51,12 +51,12 @@ std::vector<LandmarkId> Landmarks(const std::vector<std::pair<int, LandmarkId>>&
 bool Solve(const MeasurementModel& model, const Map& map, const FrameFeatures& features,
            int min_support, Relocalization* found) {
   std::vector<PosePoint> points;
-  for (const auto& [feature, id] : found->points) {
+  for (const auto& [feature, id] : found->matches.points) {
     points.push_back(
         MakePosePoint(model, *map.Find(id), features.points[static_cast<std::size_t>(feature)]));
   }
   std::vector<PoseLine> lines;
-  std::erase_if(found->lines, [&](const auto& match) {
+  std::erase_if(found->matches.lines, [&](const auto& match) {
     const auto line =
         MakePoseLine(model, *map.Find(match.second),
                      features.lines[static_cast<std::size_t>(match.first)], found->T_WC);
@@ -69,9 +69,9 @@ bool Solve(const MeasurementModel& model, const Map& map, const FrameFeatures& f
   if (!solution) return false;
   found->T_WC = solution->T_WC;
   std::size_t i = 0;
-  std::erase_if(found->points, [&](const auto&) { return !solution->point_inliers[i++]; });
+  std::erase_if(found->matches.points, [&](const auto&) { return !solution->point_inliers[i++]; });
   i = 0;
-  std::erase_if(found->lines, [&](const auto&) { return !solution->line_inliers[i++]; });
+  std::erase_if(found->matches.lines, [&](const auto&) { return !solution->line_inliers[i++]; });
   return true;
 }
 
@@ -246,20 +246,20 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
 
   const std::vector<KeyFrameId> place =
       WithNeighbours(map, candidate, kSharedByPlace, kPlaceKeyFrames);
-  const auto own_points = Landmarks(found->points);
-  const auto own_lines = Landmarks(found->lines);
+  const auto own_points = Landmarks(found->matches.points);
+  const auto own_lines = Landmarks(found->matches.lines);
   std::vector<PointId> points_in_view;
   std::vector<LineId> lines_in_view;
   const auto points =
-      matcher_.MatchPoints(features, found->T_WC, map, map.SeenBy<MapPoint>(place, own_points),
-                           Taken(features.points.size(), found->points), &points_in_view);
+      matcher_.Match(features, found->T_WC, map, map.SeenBy<MapPoint>(place, own_points),
+                     Taken(features.points.size(), found->matches.points), &points_in_view);
   const auto lines =
-      matcher_.MatchLines(features, found->T_WC, map, map.SeenBy<MapLine>(place, own_lines),
-                          Taken(features.lines.size(), found->lines), &lines_in_view);
+      matcher_.Match(features, found->T_WC, map, map.SeenBy<MapLine>(place, own_lines),
+                     Taken(features.lines.size(), found->matches.lines), &lines_in_view);
   const auto in_view = static_cast<double>(
       Support(points_in_view.size() + own_points.size(), lines_in_view.size() + own_lines.size()));
-  found->points.insert(found->points.end(), points.begin(), points.end());
-  found->lines.insert(found->lines.end(), lines.begin(), lines.end());
+  found->matches.points.insert(found->matches.points.end(), points.begin(), points.end());
+  found->matches.lines.insert(found->matches.lines.end(), lines.begin(), lines.end());
   const auto edge = [&] {
     return LoopEdge{candidate, id, map.keyframe(candidate)->T_WC.Inverse() * found->T_WC};
   };
@@ -267,7 +267,8 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
     Refuse(edge(), "support of less than " + std::to_string(options_.min_support));
     return std::nullopt;
   }
-  const int support = static_cast<int>(Support(found->points.size(), found->lines.size()));
+  const int support =
+      static_cast<int>(Support(found->matches.points.size(), found->matches.lines.size()));
   const double own = map.keyframe(id)->found;
   const double share = support / in_view / (own > 0.0 ? own : kUsuallyFound);
   const double bound = map.RootOf(id) == map.RootOf(candidate)
@@ -278,7 +279,7 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
                        FixedText(share) + ", is below " + FixedText(bound));
     return std::nullopt;
   }
-  return Found{{edge(), std::move(found->points), std::move(found->lines), 0.0}, support, share};
+  return Found{{edge(), std::move(found->matches), 0.0}, support, share};
 }
 
 }  // namespace highwall

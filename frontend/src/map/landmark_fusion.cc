@@ -1,23 +1,42 @@
 #include "map/landmark_fusion.h"
 
 #include <algorithm>
+#include <type_traits>
 
 namespace highwall {
 namespace {
 
-template <class LandmarkId>
-void Add(KeyFrameId keyframe, const std::vector<std::pair<int, LandmarkId>>& matches,
-         const std::vector<LandmarkId>& observed,
-         std::vector<std::pair<LandmarkId, LandmarkId>>* merged,
-         std::vector<MapFusion::Found<LandmarkId>>* observations) {
-  for (const auto& [feature, landmark] : matches) {
-    const LandmarkId own = observed[static_cast<std::size_t>(feature)];
-    if (own == kNoId) {
-      observations->push_back({keyframe, feature, landmark});
-    } else if (own != landmark) {
-      merged->emplace_back(own, landmark);
-    }
+// Whether the projection of a matched landmark fits its feature. A line that the matcher accepts
+// does.
+bool IsInlier(const MeasurementModel& model, const PointFeature& feature, const Pose& T_WC,
+              const MapPoint& point, const InlierBounds& bounds) {
+  return model.Chi2(feature, T_WC, point.p_W) <= bounds.Of(MeasurementModel::Dimension(feature));
+}
+bool IsInlier(const MeasurementModel&, const LineFeature&, const Pose&, const MapLine&,
+              const InlierBounds&) {
+  return true;
+}
+
+// Matches landmarks of other keyframes with the features of a keyframe.
+template <class Landmark>
+LandmarkMatches<Landmark> MatchOthers(const KeyFrame& keyframe, std::span<const KeyFrameId> others,
+                                      const MapMatcher& matcher, const FusionOptions& options,
+                                      const Map& map) {
+  const FrameFeatures& features = *keyframe.frame.features;
+  const LandmarkIds<Landmark>& observed = PartOf<Landmark>(keyframe);
+  std::vector<bool> taken(PartOf<Landmark>(features).size(), false);
+  if (std::is_same_v<Landmark, MapLine> && !options.merge_lines) {
+    std::transform(observed.begin(), observed.end(), taken.begin(),
+                   [](Id<Landmark> id) { return id != kNoId; });
   }
+  auto matches =
+      matcher.Match(features, keyframe.T_WC, map, map.SeenBy<Landmark>(others, observed), taken);
+  std::erase_if(matches, [&](const auto& match) {
+    return !IsInlier(matcher.model(),
+                     PartOf<Landmark>(features)[static_cast<std::size_t>(match.first)],
+                     keyframe.T_WC, *map.Find(match.second), options.inliers);
+  });
+  return matches;
 }
 
 // Swaps the pairs whose first landmark has at least as many observations as the second.
@@ -35,50 +54,45 @@ void MapFusion::Append(const MapFusion& more) {
   const auto append = [](const auto& from, auto& to) {
     to.insert(to.end(), from.begin(), from.end());
   };
-  append(more.points, points);
-  append(more.lines, lines);
-  append(more.point_observations, point_observations);
-  append(more.line_observations, line_observations);
+  ForEachKind([&]<class Landmark>() {
+    append(PartOf<Landmark>(more.merged), PartOf<Landmark>(merged));
+    append(PartOf<Landmark>(more.observed), PartOf<Landmark>(observed));
+  });
 }
 
-MapFusion FusionOf(const KeyFrame& keyframe, const PointMatches& points, const LineMatches& lines) {
+MapFusion FusionOf(const KeyFrame& keyframe, const PerKind<LandmarkMatches>& matches) {
   MapFusion fusion;
-  Add(keyframe.id, points, keyframe.points, &fusion.points, &fusion.point_observations);
-  Add(keyframe.id, lines, keyframe.lines, &fusion.lines, &fusion.line_observations);
+  ForEachKind([&]<class Landmark>() {
+    for (const auto& [feature, landmark] : PartOf<Landmark>(matches)) {
+      const Id<Landmark> own = PartOf<Landmark>(keyframe)[static_cast<std::size_t>(feature)];
+      if (own == kNoId) {
+        PartOf<Landmark>(fusion.observed).push_back({keyframe.id, feature, landmark});
+      } else if (own != landmark) {
+        PartOf<Landmark>(fusion.merged).emplace_back(own, landmark);
+      }
+    }
+  });
   return fusion;
 }
 
 void Apply(const MapFusion& fusion, Map* map) {
-  for (const auto& [from, into] : fusion.points) map->Merge(from, into);
-  for (const auto& [from, into] : fusion.lines) map->Merge(from, into);
-  for (const auto& found : fusion.point_observations) {
-    map->Observe(found.keyframe, found.feature, found.landmark);
-  }
-  for (const auto& found : fusion.line_observations) {
-    map->Observe(found.keyframe, found.feature, found.landmark);
-  }
+  ForEachKind([&]<class Landmark>() {
+    for (const auto& [from, into] : PartOf<Landmark>(fusion.merged)) map->Merge(from, into);
+    for (const auto& found : PartOf<Landmark>(fusion.observed)) {
+      map->Observe(found.keyframe, found.feature, found.landmark);
+    }
+  });
 }
 
-MapFusion FuseLandmarks(KeyFrameId id, std::span<const PointId> points,
-                        std::span<const LineId> lines, const MapMatcher& matcher,
-                        const FusionOptions& options, Map* map) {
+MapFusion FuseLandmarks(KeyFrameId id, std::span<const KeyFrameId> others,
+                        const MapMatcher& matcher, const FusionOptions& options, Map* map) {
   const KeyFrame& keyframe = *map->keyframe(id);
-  const FrameFeatures& features = *keyframe.frame.features;
-  const std::vector<bool> points_taken(features.points.size(), false);
-  PointMatches found = matcher.MatchPoints(features, keyframe.T_WC, *map, points, points_taken);
-  std::erase_if(found, [&](const auto& match) {
-    const PointFeature& feature = features.points[static_cast<std::size_t>(match.first)];
-    return !(matcher.model().Chi2(feature, keyframe.T_WC, map->Find(match.second)->p_W) <=
-             options.inliers.Of(MeasurementModel::Dimension(feature)));
+  PerKind<LandmarkMatches> found;
+  ForEachKind([&]<class Landmark>() {
+    PartOf<Landmark>(found) = MatchOthers<Landmark>(keyframe, others, matcher, options, *map);
   });
-  std::vector<bool> lines_taken(features.lines.size(), false);
-  if (!options.merge_lines) {
-    std::transform(keyframe.lines.begin(), keyframe.lines.end(), lines_taken.begin(),
-                   [](LineId line) { return line != kNoId; });
-  }
-  MapFusion fusion = FusionOf(
-      keyframe, found, matcher.MatchLines(features, keyframe.T_WC, *map, lines, lines_taken));
-  if (options.keep_more_observed) KeepMoreObserved(*map, &fusion.points);
+  MapFusion fusion = FusionOf(keyframe, found);
+  if (options.keep_more_observed) KeepMoreObserved(*map, &fusion.merged.points);
   Apply(fusion, map);
   return fusion;
 }

@@ -13,16 +13,19 @@ namespace highwall {
 
 // Landmarks recognized as identical, and new observations.
 struct MapFusion {
-  template <class LandmarkId>
-  struct Found {
+  template <class Landmark>
+  struct NewObservation {
     KeyFrameId keyframe;
     int feature = 0;
-    LandmarkId landmark;
+    Id<Landmark> landmark;
   };
-  std::vector<std::pair<PointId, PointId>> points;  // (from, into)
-  std::vector<std::pair<LineId, LineId>> lines;
-  std::vector<Found<PointId>> point_observations;
-  std::vector<Found<LineId>> line_observations;
+  template <class Landmark>
+  using Merges = std::vector<std::pair<Id<Landmark>, Id<Landmark>>>;  // (from, into)
+  template <class Landmark>
+  using NewObservations = std::vector<NewObservation<Landmark>>;
+
+  PerKind<Merges> merged;
+  PerKind<NewObservations> observed;
 
   void Append(const MapFusion& more);
 };
@@ -30,7 +33,7 @@ struct MapFusion {
 // Returns the fusion implied by matches of features of the keyframe: a feature that observed
 // another landmark merges that into the matched one, one that observed none observes the matched
 // one.
-MapFusion FusionOf(const KeyFrame& keyframe, const PointMatches& points, const LineMatches& lines);
+MapFusion FusionOf(const KeyFrame& keyframe, const PerKind<LandmarkMatches>& matches);
 
 // Merges landmarks and adds observations; skips those that no longer exist.
 void Apply(const MapFusion& fusion, Map* map);
@@ -44,11 +47,10 @@ struct FusionOptions {
   bool merge_lines = true;
 };
 
-// Searches landmarks among the features of a keyframe by projection and merges identical ones in
-// the map. Features that observe a point are included: two landmarks on one feature are identical.
-// Returns the applied fusion.
-MapFusion FuseLandmarks(KeyFrameId keyframe, std::span<const PointId> points,
-                        std::span<const LineId> lines, const MapMatcher& matcher,
-                        const FusionOptions& options, Map* map);
+// Searches the landmarks of other keyframes, without those that the keyframe observes, among its
+// features by projection and merges identical ones in the map. Features that observe a point are
+// included: two landmarks on one feature are identical. Returns the applied fusion.
+MapFusion FuseLandmarks(KeyFrameId keyframe, std::span<const KeyFrameId> others,
+                        const MapMatcher& matcher, const FusionOptions& options, Map* map);
 
 }  // namespace highwall

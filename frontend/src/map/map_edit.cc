@@ -59,12 +59,16 @@ std::optional<SubmapId> WorldOf(const MapGeometry& after, const Map& map) {
 
 MapGeometry GeometryOf(const Map& map, SubmapId submap) {
   const std::vector<KeyFrameId> keyframes = map.KeyFramesOf(submap);
-  return {ById<Pose>(keyframes, [&](auto id) { return map.keyframe(id)->T_WC; }),
-          ById<Eigen::Vector3d>(map.SeenBy<MapPoint>(keyframes),
-                                [&](auto id) { return map.Find(id)->p_W; }),
-          ById<Segment3>(map.SeenBy<MapLine>(keyframes),
-                         [&](auto id) { return map.Find(id)->segment_W; }),
-          map.factors().PlacesIn(map.Root(submap))};
+  MapGeometry geometry;
+  geometry.keyframes = ById<Pose>(keyframes, [&](auto id) { return map.keyframe(id)->T_WC; });
+  ForEachKind([&]<class Landmark>() {
+    using Traits = LandmarkTraits<Landmark>;
+    PartOf<Landmark>(geometry.landmarks) =
+        ById<typename Traits::Geometry>(map.SeenBy<Landmark>(keyframes),
+                                        [&](auto id) { return Traits::PositionOf(*map.Find(id)); });
+  });
+  geometry.frames = map.factors().PlacesIn(map.Root(submap));
+  return geometry;
 }
 
 MapEdit AdjustedTo(const Map& map, OutlierObservations outliers, SubmapId submap) {
@@ -83,19 +87,17 @@ MapEdit AdjustedTo(const Map& map, OutlierObservations outliers, SubmapId submap
 void Apply(const MapEdit& edit, Map* map) {
   const auto& [after, fusion, outliers, merge, motions, gravity_W] = edit;
   const Moves moves(edit, *map);
-  for (const PointId id : map->ids<MapPoint>()) {
-    MapPoint& point = *map->Find(id);
-    const Pose D = moves.Of(point.observations);
-    const Eigen::Vector3d* to = At(after.points, id);
-    point.p_W = to ? *to : D * point.p_W;
-    point.normal_W = D.R() * point.normal_W;
-  }
-  for (const LineId id : map->ids<MapLine>()) {
-    MapLine& line = *map->Find(id);
-    const Pose D = moves.Of(line.observations);
-    const Segment3* to = At(after.lines, id);
-    line.segment_W = to ? *to : D * line.segment_W;
-  }
+  ForEachKind([&]<class Landmark>() {
+    using Traits = LandmarkTraits<Landmark>;
+    for (const Id<Landmark> id : map->ids<Landmark>()) {
+      Landmark& landmark = *map->Find(id);
+      const Pose D = moves.Of(landmark.observations);
+      const auto* const to = At(PartOf<Landmark>(edit.after.landmarks), id);
+      auto& position = Traits::PositionOf(landmark);
+      position = to ? *to : D * position;
+      Traits::Rotate(D.R(), landmark);
+    }
+  });
   for (const KeyFrameId id : map->keyframe_ids()) {
     Pose& T_WC = map->keyframe(id)->T_WC;
     T_WC = moves[id] * T_WC;

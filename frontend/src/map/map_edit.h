@@ -23,12 +23,16 @@ struct BodyMotion {
   ImuBias bias;          // [rad/s, m/s^2]
 };
 
+// Where the landmarks of one kind are, in W.
+template <class Landmark>
+using LandmarkPositions =
+    std::unordered_map<Id<Landmark>, typename LandmarkTraits<Landmark>::Geometry>;
+
 // Geometry of a map: poses of keyframes and positions of landmarks.
 struct MapGeometry {
-  std::unordered_map<KeyFrameId, Pose> keyframes;       // T_WC
-  std::unordered_map<PointId, Eigen::Vector3d> points;  // p_W [m]
-  std::unordered_map<LineId, Segment3> lines;           // [m]
-  std::map<ReferenceFrameId, Pose> frames{};            // T_FW of their world
+  std::unordered_map<KeyFrameId, Pose> keyframes;  // T_WC
+  PerKind<LandmarkPositions> landmarks{};
+  std::map<ReferenceFrameId, Pose> frames{};  // T_FW of their world
 };
 // Returns the geometry of a submap and all that is merged with it.
 MapGeometry GeometryOf(const Map& map, SubmapId submap = kFirstSubmap);

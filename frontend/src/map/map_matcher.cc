@@ -13,9 +13,10 @@ int MapMatcher::PredictOctave(const MapPoint& point, double distance) const {
   return std::clamp(static_cast<int>(std::lround(octave)), 0, model_.pyramid().levels - 1);
 }
 
-PointMatches MapMatcher::MatchLast(const FrameFeatures& features, const Pose& T_WC, const Map& map,
-                                   const FrameFeatures& last, std::span<const PointId> last_points,
-                                   double radius_scale) const {
+LandmarkMatches<MapPoint> MapMatcher::MatchLast(const FrameFeatures& features, const Pose& T_WC,
+                                                const Map& map, const FrameFeatures& last,
+                                                std::span<const PointId> last_points,
+                                                double radius_scale) const {
   const Pose T_CW = T_WC.Inverse();
   std::vector<ProjectedPoint> projections;
   for (std::size_t i = 0; i < last_points.size(); ++i) {
@@ -36,7 +37,7 @@ PointMatches MapMatcher::MatchLast(const FrameFeatures& features, const Pose& T_
          .angle = seen.angle >= 0.0F ? std::optional(seen.angle) : std::nullopt,
          .descriptor = DescriptorRow(last.point_descriptors, static_cast<int>(i))});
   }
-  PointMatches matches;
+  LandmarkMatches<MapPoint> matches;
   const std::vector<bool> none_taken(features.points.size(), false);
   for (const auto& m :
        MatchProjections(features, projections, none_taken, options().motion_match)) {
@@ -45,10 +46,10 @@ PointMatches MapMatcher::MatchLast(const FrameFeatures& features, const Pose& T_
   return matches;
 }
 
-PointMatches MapMatcher::MatchPoints(const FrameFeatures& features, const Pose& T_WC,
-                                     const Map& map, std::span<const PointId> points,
-                                     const std::vector<bool>& taken,
-                                     std::vector<PointId>* visible) const {
+LandmarkMatches<MapPoint> MapMatcher::Match(const FrameFeatures& features, const Pose& T_WC,
+                                            const Map& map, std::span<const PointId> points,
+                                            const std::vector<bool>& taken,
+                                            std::vector<PointId>* visible) const {
   const Pose T_CW = T_WC.Inverse();
   const Eigen::Matrix3d R_CW = T_CW.R();
   std::vector<ProjectedPoint> projections;
@@ -78,16 +79,17 @@ PointMatches MapMatcher::MatchPoints(const FrameFeatures& features, const Pose& 
                            .descriptor = point->descriptor});
     if (visible != nullptr) visible->push_back(id);
   }
-  PointMatches matches;
+  LandmarkMatches<MapPoint> matches;
   for (const auto& m : MatchProjections(features, projections, taken, options().map_match)) {
     matches.emplace_back(m.feature, projections[static_cast<std::size_t>(m.projection)].id);
   }
   return matches;
 }
 
-LineMatches MapMatcher::MatchLines(const FrameFeatures& features, const Pose& T_WC, const Map& map,
-                                   std::span<const LineId> lines, const std::vector<bool>& taken,
-                                   std::vector<LineId>* visible) const {
+LandmarkMatches<MapLine> MapMatcher::Match(const FrameFeatures& features, const Pose& T_WC,
+                                           const Map& map, std::span<const LineId> lines,
+                                           const std::vector<bool>& taken,
+                                           std::vector<LineId>* visible) const {
   const Pose T_CW = T_WC.Inverse();
   LineFeatures predicted, observed;
   std::vector<LineId> predicted_ids;
@@ -116,7 +118,7 @@ LineMatches MapMatcher::MatchLines(const FrameFeatures& features, const Pose& T_
       observed.descriptors.push_back(features.line_descriptors.row(i));
     }
   }
-  LineMatches matches;
+  LandmarkMatches<MapLine> matches;
   for (const FeatureMatch& m :
        MatchSmallMotion(predicted, observed, model_.options().line_matches)) {
     matches.emplace_back(observed_features[static_cast<std::size_t>(m.train)],

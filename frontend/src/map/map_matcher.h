@@ -14,10 +14,6 @@
 
 namespace highwall {
 
-// Matches from feature to landmark.
-using PointMatches = std::vector<std::pair<int, PointId>>;
-using LineMatches = std::vector<std::pair<int, LineId>>;
-
 // Matches landmarks of the map to the features of an image whose pose is roughly known.
 class MapMatcher {
  public:
@@ -28,21 +24,22 @@ class MapMatcher {
 
   // Matches the landmarks observed by `last` (feature -> point), expecting the level and the
   // orientation observed there. radius_scale: factor on motion_radius.
-  PointMatches MatchLast(const FrameFeatures& features, const Pose& T_WC, const Map& map,
-                         const FrameFeatures& last, std::span<const PointId> last_points,
-                         double radius_scale = 1.0) const;
+  LandmarkMatches<MapPoint> MatchLast(const FrameFeatures& features, const Pose& T_WC,
+                                      const Map& map, const FrameFeatures& last,
+                                      std::span<const PointId> last_points,
+                                      double radius_scale = 1.0) const;
 
   // Matches points of the map by their scale range and viewing direction. taken: features not to
   // use. visible: receives the points in view, matched or not.
-  PointMatches MatchPoints(const FrameFeatures& features, const Pose& T_WC, const Map& map,
-                           std::span<const PointId> points, const std::vector<bool>& taken,
-                           std::vector<PointId>* visible = nullptr) const;
+  LandmarkMatches<MapPoint> Match(const FrameFeatures& features, const Pose& T_WC, const Map& map,
+                                  std::span<const PointId> points, const std::vector<bool>& taken,
+                                  std::vector<PointId>* visible = nullptr) const;
 
   // Matches lines of the map by the gates on angle, length and midpoint, by LBD if both have it,
   // and by the MAD of their rotations (docs/equations.md, section 1).
-  LineMatches MatchLines(const FrameFeatures& features, const Pose& T_WC, const Map& map,
-                         std::span<const LineId> lines, const std::vector<bool>& taken,
-                         std::vector<LineId>* visible = nullptr) const;
+  LandmarkMatches<MapLine> Match(const FrameFeatures& features, const Pose& T_WC, const Map& map,
+                                 std::span<const LineId> lines, const std::vector<bool>& taken,
+                                 std::vector<LineId>* visible = nullptr) const;
 
   // Returns the pyramid level at which a point is expected from `distance` [m].
   int PredictOctave(const MapPoint& point, double distance) const;

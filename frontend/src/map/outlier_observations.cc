@@ -3,10 +3,9 @@
 namespace highwall {
 
 void Forget(const OutlierObservations& outliers, Map* map) {
-  for (const auto& [keyframe, point] : outliers.points) {
-    map->Forget(keyframe, point);
-  }
-  for (const auto& [keyframe, line] : outliers.lines) map->Forget(keyframe, line);
+  ForEachKind([&]<class Landmark>() {
+    for (const auto& [keyframe, id] : PartOf<Landmark>(outliers)) map->Forget(keyframe, id);
+  });
 }
 
 }  // namespace highwall

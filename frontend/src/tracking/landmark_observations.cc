@@ -95,11 +95,10 @@ LandmarksInView MatchAround(const MapMatcher& matcher, const Map& map, int most,
   const std::vector<PointId> first_points = tracked->points;
   const std::vector<LineId> first_lines = tracked->lines;
   LandmarksInView in_view;
-  Apply(matcher.MatchPoints(features, tracked->T_WC, map, points, Taken(tracked->points),
-                            &in_view.points),
-        tracked->points);
-  Apply(matcher.MatchLines(features, tracked->T_WC, map, lines, Taken(tracked->lines),
-                           &in_view.lines),
+  Apply(
+      matcher.Match(features, tracked->T_WC, map, points, Taken(tracked->points), &in_view.points),
+      tracked->points);
+  Apply(matcher.Match(features, tracked->T_WC, map, lines, Taken(tracked->lines), &in_view.lines),
         tracked->lines);
   AppendMatched(first_points, &in_view.points);
   AppendMatched(first_lines, &in_view.lines);

@@ -33,7 +33,7 @@ PoseHypothesis LastFrameSource::ProposeWith(FallbackConstraint fallback,
     Apply(matcher_.MatchLast(*frame.features, tracked.T_WC, map, *last.frame.features, last.points,
                              radius_scale),
           tracked.points);
-    Apply(matcher_.MatchLines(*frame.features, tracked.T_WC, map, last.lines, Taken(tracked.lines)),
+    Apply(matcher_.Match(*frame.features, tracked.T_WC, map, last.lines, Taken(tracked.lines)),
           tracked.lines);
     const bool solved = solver_.Solve(query, options_.min_motion_support, fallback, &tracked);
     diagnostics.tried =

@@ -10,8 +10,8 @@ namespace {
 // Returns a frame with the relocalizer's matches.
 TrackedFrame Matched(const Frame& frame, const Relocalization& found) {
   TrackedFrame tracked = Unmatched(frame, found.T_WC);
-  Apply(found.points, tracked.points);
-  Apply(found.lines, tracked.lines);
+  Apply(found.matches.points, tracked.points);
+  Apply(found.matches.lines, tracked.lines);
   tracked.tried_points = tracked.points;
   tracked.tried_lines = tracked.lines;
   return tracked;

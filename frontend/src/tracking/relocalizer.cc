@@ -161,12 +161,12 @@ std::optional<Relocalization> Solve(const MeasurementModel& model, const Pose& T
   const auto solution =
       SolvePose(T_WC, model.projection(), selection.points, selection.lines, solver);
   if (!solution) return std::nullopt;
-  Relocalization result{solution->T_WC, keyframe, {}, {}};
+  Relocalization result{solution->T_WC, keyframe, {}};
   for (std::size_t i = 0; i < selection.points.size(); ++i) {
-    if (solution->point_inliers[i]) result.points.push_back(selection.point_matches[i]);
+    if (solution->point_inliers[i]) result.matches.points.push_back(selection.point_matches[i]);
   }
   for (std::size_t i = 0; i < selection.lines.size(); ++i) {
-    if (solution->line_inliers[i]) result.lines.push_back(selection.line_matches[i]);
+    if (solution->line_inliers[i]) result.matches.lines.push_back(selection.line_matches[i]);
   }
   return result;
 }

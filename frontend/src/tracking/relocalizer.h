@@ -18,8 +18,7 @@ struct Relocalization {
   Pose T_WC;
   KeyFrameId keyframe = kNoId;
   // Feature -> landmark, inliers; lines alone where points were too few.
-  std::vector<std::pair<int, PointId>> points;
-  std::vector<std::pair<int, LineId>> lines;
+  PerKind<LandmarkMatches> matches;
 };
 
 // Estimates the pose of a frame from the keyframes alone, without a prediction: the map's index

@@ -64,11 +64,11 @@ std::optional<TrackedFrame> WholeImageSource::MatchLandmarks(const TrackingQuery
   const std::vector<KeyFrameId> local =
       state_.AroundReference(query.map, static_cast<std::size_t>(options_.local_keyframes));
   TrackedFrame rough = Unmatched(query.frame, T_WC);
-  Apply(matcher_.MatchPoints(features, T_WC, query.map, query.map.SeenBy<MapPoint>(local, {}),
-                             Taken(rough.points)),
+  Apply(matcher_.Match(features, T_WC, query.map, query.map.SeenBy<MapPoint>(local),
+                       Taken(rough.points)),
         rough.points);
-  Apply(matcher_.MatchLines(features, T_WC, query.map, query.map.SeenBy<MapLine>(local, {}),
-                            Taken(rough.lines)),
+  Apply(matcher_.Match(features, T_WC, query.map, query.map.SeenBy<MapLine>(local),
+                       Taken(rough.lines)),
         rough.lines);
   if (!solver_.Solve(query, options_.min_predicted_support, FallbackConstraint::kNone, &rough)) {
     return std::nullopt;

@@ -4,6 +4,7 @@
 #include <concepts>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -118,6 +119,9 @@ struct PerKind {
 // Ids of landmarks of one kind: PerKind<LandmarkIds> are ids of all kinds.
 template <class Landmark>
 using LandmarkIds = std::vector<Id<Landmark>>;
+// Matches of one kind, from the index of a feature to the landmark.
+template <class Landmark>
+using LandmarkMatches = std::vector<std::pair<int, Id<Landmark>>>;
 
 // Returns the member of a structure about one kind of landmark: PartOf<MapLine>(keyframe) is
 // keyframe.lines.

@@ -2,10 +2,10 @@
 
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <highwall/core/pose.h>
+#include <highwall/frontend/map/landmark.h>
 #include <highwall/frontend/map/map_ids.h>
 
 // Reports of adjustments, local mapping and loop closures.
@@ -56,8 +56,7 @@ struct SubmapMerge {
 // A revisited place.
 struct Loop {
   LoopEdge edge;
-  std::vector<std::pair<int, PointId>> points{};  // feature of edge.keyframe -> older landmark
-  std::vector<std::pair<int, LineId>> lines{};
+  PerKind<LandmarkMatches> matches{};  // feature of edge.keyframe -> older landmark
   double chi2 = 0.0;  // of the correction against the expected drift; 0 for a merge
 };
 

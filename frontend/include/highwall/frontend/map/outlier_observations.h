@@ -7,11 +7,11 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
+// Observations of landmarks of one kind, by keyframe.
+template <class Landmark>
+using ObservationList = std::vector<std::pair<KeyFrameId, Id<Landmark>>>;
 // Observations of landmarks classified as outliers by an adjustment.
-struct OutlierObservations {
-  std::vector<std::pair<KeyFrameId, PointId>> points;
-  std::vector<std::pair<KeyFrameId, LineId>> lines;
-};
+using OutlierObservations = PerKind<ObservationList>;
 
 // Removes the observations from their keyframes; skips those that no longer exist.
 void Forget(const OutlierObservations& outliers, Map* map);
