@@ -273,7 +273,7 @@ class DepthlessLinesTest : public ::testing::Test {
   void AddSideBySide(int count) {
     for (int i = 0; i < count; ++i) Add(At(0.2 * i), static_cast<unsigned>(i) + 1);
   }
-  std::vector<DepthlessLine> Find(const TriangulationOptions& options = {}) const {
+  std::vector<Depthless<MapLine>> Find(const TriangulationOptions& options = {}) const {
     return FindDepthlessLines(kModel, map, ids.back(), std::span(ids).first(ids.size() - 1),
                               options, InlierBounds());
   }
@@ -288,15 +288,15 @@ TEST_F(DepthlessLinesTest, AreThoseThatSeveralKeyFramesSeeWithParallax) {
   AddSideBySide(4);
   const auto found = Find({.max_depth_sigma = 0.03});
   EXPECT_GT(found.size(), 20U);
-  for (const DepthlessLine& line : found) {
+  for (const Depthless<MapLine>& line : found) {
     ASSERT_GE(line.observations.size(), 3U);
     EXPECT_EQ(line.observations.front().keyframe, ids.back());
     const auto index = static_cast<std::size_t>(line.observations.front().index);
     const Segment3& truth = scene.lines[static_cast<std::size_t>(seen[3][index])].segment_W;
     const PluckerLine line_W = PluckerLine::FromPoints(truth.p(), truth.q());
     // The bound is four times the largest depth error that is allowed.
-    EXPECT_LT(line_W.Distance(line.segment_W.p()), 4.0 * 0.03 * truth.p().norm());
-    EXPECT_LT(line_W.Distance(line.segment_W.q()), 4.0 * 0.03 * truth.q().norm());
+    EXPECT_LT(line_W.Distance(line.geometry_W.p()), 4.0 * 0.03 * truth.p().norm());
+    EXPECT_LT(line_W.Distance(line.geometry_W.q()), 4.0 * 0.03 * truth.q().norm());
   }
 }
 
@@ -318,7 +318,7 @@ TEST_F(DepthlessLinesTest, SegmentsThatAreLandmarksOrHaveDepthAreNone) {
   const auto before = Find();
   ASSERT_FALSE(before.empty());
   const Observation& first = before.front().observations.front();
-  map.Observe(first.keyframe, first.index, map.Add<MapLine>(before.front().segment_W, 0).id);
+  map.Observe(first.keyframe, first.index, map.Add<MapLine>(before.front().geometry_W, 0).id);
   EXPECT_EQ(Find().size(), before.size() - 1);
   Add(At(0.6), 4, true);
   EXPECT_TRUE(Find().empty());
@@ -333,7 +333,7 @@ TEST_F(DepthlessLinesTest, LeavesOutAViewThatContradictsTheLine) {
   EXPECT_TRUE(Find({.min_views = 5}).empty());
   const auto found = Find({.min_views = 4});
   EXPECT_GT(found.size(), 5U);
-  for (const DepthlessLine& line : found) {
+  for (const Depthless<MapLine>& line : found) {
     for (const Observation& o : line.observations) EXPECT_NE(o.keyframe, ids[1]);
   }
 }

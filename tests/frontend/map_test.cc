@@ -393,9 +393,11 @@ TEST(Map, OrdersObserversByCountThenId) {
   map.Observe(0_kf, 0, line);
   map.Observe(1_kf, 0, line);
   using Counts = std::vector<std::pair<KeyFrameId, int>>;
-  EXPECT_EQ(map.Observers(points), (Counts{{2_kf, 3}, {0_kf, 1}, {1_kf, 1}}));
-  const LineId lines[] = {line, kNoId};
-  EXPECT_EQ(map.Observers(points, lines), (Counts{{2_kf, 3}, {0_kf, 2}, {1_kf, 2}}));
+  EXPECT_EQ(map.Observers(PerKind<LandmarkIds>{points, {}}),
+            (Counts{{2_kf, 3}, {0_kf, 1}, {1_kf, 1}}));
+  const std::vector<LineId> lines = {line, kNoId};
+  EXPECT_EQ(map.Observers(PerKind<LandmarkIds>{points, lines}),
+            (Counts{{2_kf, 3}, {0_kf, 2}, {1_kf, 2}}));
   EXPECT_EQ(map.Covisible(0_kf, 1), (Counts{{1_kf, 1}, {2_kf, 1}}));
   EXPECT_EQ(map.Covisible(0_kf, 2), Counts{});
   EXPECT_EQ(map.Covisible(3_kf, 1), Counts{});

@@ -137,7 +137,7 @@ TEST_F(TrackerTest, ReferenceSharesMostLandmarks) {
   TrackerInSystem tracker(model, {});
   Start(tracker, PoseOfFrame(0));
   const TrackedFrame tracked = Track(tracker, Look(scene, IdealSensor(), PoseOfFrame(1)));
-  const auto observers = scene_map.map.Observers(tracked.points, tracked.lines);
+  const auto observers = scene_map.map.Observers(tracked);
   ASSERT_FALSE(observers.empty());
   EXPECT_EQ(tracked.reference, observers.front().first);
 }

@@ -140,7 +140,7 @@ class DepthlessPointsTest : public ::testing::Test {
     ids.push_back(map.AddKeyFrame(frame, At(x)).id);
     seen.push_back(view.points);
   }
-  std::vector<DepthlessPoint> Find(const TriangulationOptions& options = {}) const {
+  std::vector<Depthless<MapPoint>> Find(const TriangulationOptions& options = {}) const {
     return FindDepthlessPoints(kModel, map, ids.back(), std::span(ids).first(ids.size() - 1),
                                options, InlierBounds());
   }
@@ -157,13 +157,13 @@ TEST_F(DepthlessPointsTest, AreThoseThatSeveralKeyFramesSeeWithParallax) {
   Add(0.4, 3);
   const auto found = Find({.min_views = 3, .max_depth_sigma = 0.05});
   EXPECT_GT(found.size(), 60U);
-  for (const DepthlessPoint& point : found) {
+  for (const Depthless<MapPoint>& point : found) {
     ASSERT_EQ(point.observations.size(), 3U);
     EXPECT_EQ(point.observations.front().keyframe, ids.back());
     const auto index = static_cast<std::size_t>(point.observations.front().index);
     const Eigen::Vector3d truth = scene.points[static_cast<std::size_t>(seen[2][index])].p_W;
     // The bound is four times the largest depth error that is allowed.
-    EXPECT_LT((point.p_W - truth).norm(), 4.0 * 0.05 * truth.norm());
+    EXPECT_LT((point.geometry_W - truth).norm(), 4.0 * 0.05 * truth.norm());
   }
 }
 
@@ -193,7 +193,7 @@ TEST_F(DepthlessPointsTest, LeavesOutAViewThatContradictsThePoint) {
   EXPECT_TRUE(Find({.min_views = 4}).empty());
   const auto found = Find({.min_views = 3});
   EXPECT_GT(found.size(), 40U);
-  for (const DepthlessPoint& point : found) {
+  for (const Depthless<MapPoint>& point : found) {
     for (const Observation& o : point.observations) EXPECT_NE(o.keyframe, ids[1]);
   }
 }

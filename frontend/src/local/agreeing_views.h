@@ -9,6 +9,13 @@
 
 namespace highwall {
 
+// A landmark without accurate depth in the keyframes that observe it.
+template <class Landmark>
+struct Depthless {
+  typename LandmarkTraits<Landmark>::Geometry geometry_W;  // as observed by the newest keyframe
+  std::vector<Observation> observations;                   // that of the newest keyframe first
+};
+
 // Views of a potential landmark with their observations; the first is the query feature.
 template <class View>
 struct Track {

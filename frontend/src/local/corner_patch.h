@@ -22,9 +22,7 @@ class ImageLevels {
   const cv::Mat& level(int octave) const { return images_[static_cast<std::size_t>(octave)]; }
   int size() const { return static_cast<int>(images_.size()); }
   // Size of a pixel of that level [px of the image].
-  double Scale(int octave) const {
-    return static_cast<double>(level(0).cols) / level(octave).cols;
-  }
+  double Scale(int octave) const { return static_cast<double>(level(0).cols) / level(octave).cols; }
   // Converts between pixels of the image and of that level, (0, 0) being the centre of the first
   // pixel.
   Eigen::Vector2d ToLevel(const Eigen::Vector2d& pixel, int octave) const;

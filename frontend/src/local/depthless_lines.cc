@@ -6,7 +6,6 @@
 
 #include <highwall/frontend/local/line_triangulation.h>
 
-#include "local/agreeing_views.h"
 #include "map/epipolar_line_matcher.h"
 
 namespace highwall {
@@ -34,10 +33,11 @@ bool IsSound(const LineInView& line, double max_depth_sigma) {
 
 }  // namespace
 
-std::vector<DepthlessLine> FindDepthlessLines(const MeasurementModel& model, const Map& map,
-                                              KeyFrameId id, std::span<const KeyFrameId> neighbours,
-                                              const TriangulationOptions& options,
-                                              const InlierBounds& inliers) {
+std::vector<Depthless<MapLine>> FindDepthlessLines(const MeasurementModel& model, const Map& map,
+                                                   KeyFrameId id,
+                                                   std::span<const KeyFrameId> neighbours,
+                                                   const TriangulationOptions& options,
+                                                   const InlierBounds& inliers) {
   const KeyFrame& keyframe = *map.keyframe(id);
   const std::vector<bool> wanted = WithoutLandmark(keyframe);
   std::vector<Track<LineView>> tracks(wanted.size());
@@ -59,7 +59,7 @@ std::vector<DepthlessLine> FindDepthlessLines(const MeasurementModel& model, con
     return all;
   };
   constexpr int kLeastViews = 3;
-  std::vector<DepthlessLine> found;
+  std::vector<Depthless<MapLine>> found;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     Track<LineView>& track = tracks[i];
     if (track.views.empty()) continue;

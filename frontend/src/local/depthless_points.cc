@@ -7,7 +7,6 @@
 
 #include <highwall/frontend/local/triangulation.h>
 
-#include "local/agreeing_views.h"
 #include "map/epipolar_matcher.h"
 
 namespace highwall {
@@ -41,11 +40,11 @@ bool HasSoundDepth(const PointFeature& feature, double max_depth_sigma) {
   return feature.depth > 0.0 && feature.depth_sigma <= max_depth_sigma * feature.depth;
 }
 
-std::vector<DepthlessPoint> FindDepthlessPoints(const MeasurementModel& model, const Map& map,
-                                                KeyFrameId id,
-                                                std::span<const KeyFrameId> neighbours,
-                                                const TriangulationOptions& options,
-                                                const InlierBounds& inliers) {
+std::vector<Depthless<MapPoint>> FindDepthlessPoints(const MeasurementModel& model, const Map& map,
+                                                     KeyFrameId id,
+                                                     std::span<const KeyFrameId> neighbours,
+                                                     const TriangulationOptions& options,
+                                                     const InlierBounds& inliers) {
   const KeyFrame& keyframe = *map.keyframe(id);
   const FrameFeatures& features = *keyframe.frame.features;
   std::vector<bool> wanted(features.points.size());
@@ -64,7 +63,7 @@ std::vector<DepthlessPoint> FindDepthlessPoints(const MeasurementModel& model, c
       tracks[static_cast<std::size_t>(own)].Add(ViewOf(neighbour, other), {n, other});
     }
   }
-  std::vector<DepthlessPoint> found;
+  std::vector<Depthless<MapPoint>> found;
   const auto triangulate = [&](std::span<const PointView> views) {
     return TriangulatePoint(model, views);
   };

@@ -46,6 +46,22 @@ std::shared_ptr<const FrameFeatures> WithoutImage(const FrameFeatures& features)
   return without;
 }
 
+void AppendLandmarks(const KeyFrame& keyframe, PerKind<LandmarkIds>* all) {
+  ForEachKind([&]<class Landmark>() {
+    const LandmarkIds<Landmark>& own = PartOf<Landmark>(keyframe);
+    LandmarkIds<Landmark>& ids = PartOf<Landmark>(*all);
+    ids.insert(ids.end(), own.begin(), own.end());
+  });
+}
+
+// Gives a new landmark the descriptor of feature `index`. RefreshPoints() selects that of a point.
+void TakeDescriptor(const FrameFeatures&, int, MapPoint*) {}
+void TakeDescriptor(const FrameFeatures& features, int index, MapLine* line) {
+  if (features.line_descriptors.empty()) return;
+  line->descriptor = DescriptorRow(features.line_descriptors, index);
+  line->has_descriptor = true;
+}
+
 // Returns how many keyframes were created from one to the other.
 int Between(KeyFrameId older, KeyFrameId newer) {
   return newer.value() - older.value();
@@ -96,7 +112,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
                                                std::optional<InertialState> motion) {
   Finish(&map);
   LocalMappingReport report;
-  const Landmarks left = CullKeyFrames(map, report);
+  const PerKind<LandmarkIds> left = CullKeyFrames(map, report);
   const cv::Mat& gray = tracked.frame.features->gray;
   std::optional<ImageLevels> image;
   if (options_.refine_corners && !gray.empty()) image.emplace(gray, model_.pyramid());
@@ -107,21 +123,16 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   keyframe.found = tracked.found;
   keyframe.depth_grid = Standing(keyframe.depth_grid, tracked.moving);
   report.keyframe = newest_ = keyframe.id;
-  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
-    map.Observe(keyframe.id, static_cast<int>(i), tracked.points[i]);
-  }
-  for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
-    map.Observe(keyframe.id, static_cast<int>(i), tracked.lines[i]);
-  }
+  ForEachKind([&]<class Landmark>() {
+    int index = 0;
+    for (const Id<Landmark> id : PartOf<Landmark>(tracked)) map.Observe(keyframe.id, index++, id);
+  });
   CullUnseen(left, map);  // only now: this keyframe may observe them
-  CullLandmarks(keyframe.id, map, report);
+  report.culled_points = CullRecent<MapPoint>(keyframe.id, map);
+  report.culled_lines = CullRecent<MapLine>(keyframe.id, map);
   FuseNeighbours(keyframe.id, map, report);
-  CreatePoints(keyframe, map, report);
-  TriangulatePoints(keyframe, map, report);
-  CreateLines(keyframe, map, report);
-  if (tracked.num_points < parameters_.triangulation.scarce_points) {
-    TriangulateLines(keyframe, map, report);
-  }
+  CreateLandmarks(keyframe, tracked.num_points < parameters_.triangulation.scarce_points, map,
+                  report);
   if (image) corners_.Remember(keyframe, *image, &map);
   RefreshPoints(keyframe.id, map);
   if (map.NumKeyFramesOf(tracked.submap) > 1) {
@@ -158,71 +169,71 @@ void LocalMapper::Drop() {
   adjustment_.reset();
 }
 
-void LocalMapper::CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
-  const auto& features = keyframe.frame.features->points;
+void LocalMapper::CreateLandmarks(const KeyFrame& keyframe, bool scarce_points, Map& map,
+                                  LocalMappingReport& report) {
+  // New landmarks change which keyframes are neighbours.
+  const auto neighbours = [&] {
+    return Neighbours(map, keyframe.id, kSharedToSearch, parameters_.triangulation.keyframes);
+  };
+  report.new_points = CreateFromDepth<MapPoint>(keyframe, map);
+  report.triangulated_points =
+      CreateFrom(FindDepthlessPoints(model_, map, keyframe.id, neighbours(),
+                                     parameters_.triangulation, parameters_.bundle.inliers),
+                 keyframe, map);
+  report.new_lines = CreateFromDepth<MapLine>(keyframe, map);
+  if (!scarce_points) return;
+  auto lines = FindDepthlessLines(model_, map, keyframe.id, neighbours(), parameters_.triangulation,
+                                  parameters_.bundle.inliers);
+  std::erase_if(lines, [&](const Depthless<MapLine>& line) {
+    return line.geometry_W.Length() < parameters_.min_line_length;
+  });
+  report.triangulated_lines = CreateFrom(lines, keyframe, map);
+}
+
+template <class Landmark>
+int LocalMapper::CreateFromDepth(const KeyFrame& keyframe, Map& map) {
+  const auto& features = PartOf<Landmark>(*keyframe.frame.features);
+  int created = 0;
   for (std::size_t i = 0; i < features.size(); ++i) {
-    if (keyframe.points[i] != kNoId) continue;
-    if (!HasSoundDepth(features[i], kMaxDepthSigma)) continue;
-    const Eigen::Vector3d p_C = model_.camera().Unproject(features[i].uv, features[i].depth);
-    const MapPoint& point = map.Add<MapPoint>(keyframe.T_WC * p_C, keyframe.frame.index);
-    map.Observe(keyframe.id, static_cast<int>(i), point.id);
-    recent_points_.emplace_back(point.id, keyframe.id);
-    ++report.new_points;
+    if (PartOf<Landmark>(keyframe)[i] != kNoId) continue;
+    const auto geometry_C = FromDepth(features[i]);
+    if (!geometry_C) continue;
+    const Observation observation{keyframe.id, static_cast<int>(i)};
+    Create<Landmark>(keyframe.T_WC * *geometry_C, {&observation, 1}, keyframe, map);
+    ++created;
   }
+  return created;
 }
 
-void LocalMapper::TriangulatePoints(const KeyFrame& keyframe, Map& map,
-                                    LocalMappingReport& report) {
-  const auto neighbours =
-      Neighbours(map, keyframe.id, kSharedToSearch, parameters_.triangulation.keyframes);
-  for (const DepthlessPoint& found :
-       FindDepthlessPoints(model_, map, keyframe.id, neighbours, parameters_.triangulation,
-                           parameters_.bundle.inliers)) {
-    const MapPoint& point = map.Add<MapPoint>(found.p_W, keyframe.frame.index);
-    for (const Observation& o : found.observations) {
-      map.Observe(o.keyframe, o.index, point.id);
-    }
-    recent_points_.emplace_back(point.id, keyframe.id);
-    ++report.triangulated_points;
-  }
-}
-
-void LocalMapper::CreateLines(const KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
-  const FrameFeatures& features = *keyframe.frame.features;
-  for (std::size_t i = 0; i < features.lines.size(); ++i) {
-    if (keyframe.lines[i] != kNoId || !features.lines[i].segment_C) continue;
-    const SegmentDepth& fit = *features.lines[i].segment_C;
-    const Segment3 segment_C(fit.p_C, fit.q_C);
-    if (segment_C.Length() < parameters_.min_line_length) continue;
-    const int index = static_cast<int>(i);
-    map.Observe(keyframe.id, index, AddLine(keyframe, index, keyframe.T_WC * segment_C, map));
-    ++report.new_lines;
-  }
-}
-
-void LocalMapper::TriangulateLines(const KeyFrame& keyframe, Map& map, LocalMappingReport& report) {
-  const auto neighbours =
-      Neighbours(map, keyframe.id, kSharedToSearch, parameters_.triangulation.keyframes);
-  for (const DepthlessLine& found :
-       FindDepthlessLines(model_, map, keyframe.id, neighbours, parameters_.triangulation,
-                          parameters_.bundle.inliers)) {
-    if (found.segment_W.Length() < parameters_.min_line_length) continue;
-    const LineId line = AddLine(keyframe, found.observations.front().index, found.segment_W, map);
-    for (const Observation& o : found.observations) map.Observe(o.keyframe, o.index, line);
-    ++report.triangulated_lines;
-  }
-}
-
-LineId LocalMapper::AddLine(const KeyFrame& keyframe, int index, const Segment3& segment_W,
+template <class Landmark>
+int LocalMapper::CreateFrom(const std::vector<Depthless<Landmark>>& found, const KeyFrame& keyframe,
                             Map& map) {
-  MapLine& line = map.Add<MapLine>(segment_W, keyframe.frame.index);
-  const cv::Mat& descriptors = keyframe.frame.features->line_descriptors;
-  if (!descriptors.empty()) {
-    line.descriptor = DescriptorRow(descriptors, index);
-    line.has_descriptor = true;
+  for (const auto& [geometry_W, observations] : found) {
+    Create<Landmark>(geometry_W, observations, keyframe, map);
   }
-  recent_lines_.emplace_back(line.id, keyframe.id);
-  return line.id;
+  return static_cast<int>(found.size());
+}
+
+template <class Landmark>
+void LocalMapper::Create(const typename LandmarkTraits<Landmark>::Geometry& geometry_W,
+                         std::span<const Observation> observations, const KeyFrame& keyframe,
+                         Map& map) {
+  Landmark& landmark = map.Add<Landmark>(geometry_W, keyframe.frame.index);
+  TakeDescriptor(*keyframe.frame.features, observations.front().index, &landmark);
+  for (const Observation& o : observations) map.Observe(o.keyframe, o.index, landmark.id);
+  PartOf<Landmark>(recent_).emplace_back(landmark.id, keyframe.id);
+}
+
+std::optional<Eigen::Vector3d> LocalMapper::FromDepth(const PointFeature& feature) const {
+  if (!HasSoundDepth(feature, kMaxDepthSigma)) return std::nullopt;
+  return model_.camera().Unproject(feature.uv, feature.depth);
+}
+
+std::optional<Segment3> LocalMapper::FromDepth(const LineFeature& feature) const {
+  if (!feature.segment_C) return std::nullopt;
+  const Segment3 segment_C(feature.segment_C->p_C, feature.segment_C->q_C);
+  if (segment_C.Length() < parameters_.min_line_length) return std::nullopt;
+  return segment_C;
 }
 
 void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const {
@@ -241,27 +252,20 @@ bool LocalMapper::Fails(const Landmark& landmark, KeyFrameId created, KeyFrameId
          static_cast<int>(landmark.observations.size()) < options_.min_observations;
 }
 
-void LocalMapper::CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report) {
-  std::erase_if(recent_points_, [&](const auto& recent) {
-    const MapPoint* point = map.Find(recent.first);
-    if (point == nullptr) return true;
-    if (Fails(*point, recent.second, newest)) {
+template <class Landmark>
+int LocalMapper::CullRecent(KeyFrameId newest, Map& map) {
+  int culled = 0;
+  std::erase_if(PartOf<Landmark>(recent_), [&](const auto& recent) {
+    const Landmark* const landmark = map.Find(recent.first);
+    if (landmark == nullptr) return true;
+    if (Fails(*landmark, recent.second, newest)) {
       map.Remove(recent.first);
-      ++report.culled_points;
+      ++culled;
       return true;
     }
     return Between(recent.second, newest) >= parameters_.probation_keyframes;
   });
-  std::erase_if(recent_lines_, [&](const auto& recent) {
-    const MapLine* line = map.Find(recent.first);
-    if (line == nullptr) return true;
-    if (Fails(*line, recent.second, newest)) {
-      map.Remove(recent.first);
-      ++report.culled_lines;
-      return true;
-    }
-    return Between(recent.second, newest) >= parameters_.probation_keyframes;
-  });
+  return culled;
 }
 
 void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
@@ -280,15 +284,10 @@ void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
       free.push_back(neighbour);
     }
   }
-  std::vector<PointId> points;
-  std::vector<LineId> lines;
-  for (const KeyFrameId k : free) {
-    const KeyFrame& keyframe = *map.keyframe(k);
-    points.insert(points.end(), keyframe.points.begin(), keyframe.points.end());
-    lines.insert(lines.end(), keyframe.lines.begin(), keyframe.lines.end());
-  }
+  PerKind<LandmarkIds> observed;
+  for (const KeyFrameId k : free) AppendLandmarks(*map.keyframe(k), &observed);
   std::vector<KeyFrameId> fixed;
-  for (const auto& [observer, shared] : map.Observers(points, lines)) {
+  for (const auto& [observer, shared] : map.Observers(observed)) {
     if (static_cast<int>(fixed.size()) == options_.fixed_keyframes) break;
     if (std::find(free.begin(), free.end(), observer) == free.end()) fixed.push_back(observer);
   }
@@ -303,8 +302,8 @@ void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {
   }
 }
 
-LocalMapper::Landmarks LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& report) const {
-  Landmarks left;
+PerKind<LandmarkIds> LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& report) const {
+  PerKind<LandmarkIds> left;
   const auto neighbours = map.Covisible(newest_, kSharedByPlace);
   if (neighbours.empty()) return left;
   const Stamp recent = map.keyframe(newest_)->frame.stamp - FromSeconds(parameters_.motion_span);
@@ -316,8 +315,7 @@ LocalMapper::Landmarks LocalMapper::CullKeyFrames(Map& map, LocalMappingReport& 
       keyframe.motion->previous = kNoId;
       keyframe.motion->from_previous = nullptr;
     }
-    left.points.insert(left.points.end(), keyframe.points.begin(), keyframe.points.end());
-    left.lines.insert(left.lines.end(), keyframe.lines.begin(), keyframe.lines.end());
+    AppendLandmarks(keyframe, &left);
     map.RemoveKeyFrame(id, map.Covisible(id, 1).front().first);
     report.culled_keyframes.push_back(id);
   }
@@ -352,17 +350,15 @@ bool LocalMapper::IsRedundant(const KeyFrame& keyframe, const Map& map) const {
   return all > 0 && redundant >= kRedundantShare * all;
 }
 
-void LocalMapper::CullUnseen(const Landmarks& landmarks, Map& map) const {
-  const auto too_few = [&](const auto* landmark) {
-    return landmark != nullptr &&
-           static_cast<int>(landmark->observations.size()) < options_.min_observations;
-  };
-  for (const PointId p : landmarks.points) {
-    if (too_few(map.Find(p))) map.Remove(p);
-  }
-  for (const LineId l : landmarks.lines) {
-    if (too_few(map.Find(l))) map.Remove(l);
-  }
+void LocalMapper::CullUnseen(const PerKind<LandmarkIds>& landmarks, Map& map) const {
+  ForEachKind([&]<class Landmark>() {
+    for (const Id<Landmark> id : PartOf<Landmark>(landmarks)) {
+      const Landmark* const landmark = map.Find(id);
+      if (landmark == nullptr) continue;
+      const auto observations = static_cast<int>(landmark->observations.size());
+      if (observations < options_.min_observations) map.Remove(id);
+    }
+  });
 }
 
 }  // namespace highwall

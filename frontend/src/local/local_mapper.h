@@ -4,6 +4,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/measurement_model.h>
 
+#include "local/agreeing_views.h"
 #include "local/corner_refiner.h"
 #include "local/triangulation_options.h"
 #include "map/map_matcher.h"
@@ -67,27 +69,37 @@ class LocalMapper final : public MapStage {
 
  private:
   class Adjustment;
-  struct Landmarks {
-    std::vector<PointId> points;
-    std::vector<LineId> lines;
-  };
+  // Landmarks on probation, each with the keyframe that created it, oldest first.
+  template <class Landmark>
+  using Recent = std::deque<std::pair<Id<Landmark>, KeyFrameId>>;
 
-  void CreatePoints(KeyFrame& keyframe, Map& map, LocalMappingReport& report);
-  void CreateLines(const KeyFrame& keyframe, Map& map, LocalMappingReport& report);
-  // Triangulate corners and segments without depth.
-  void TriangulatePoints(const KeyFrame& keyframe, Map& map, LocalMappingReport& report);
-  void TriangulateLines(const KeyFrame& keyframe, Map& map, LocalMappingReport& report);
-  // Returns a new landmark with the descriptor of segment `index` of the keyframe.
-  LineId AddLine(const KeyFrame& keyframe, int index, const Segment3& segment_W, Map& map);
+  // Creates landmarks observed by a new keyframe.
+  void CreateLandmarks(const KeyFrame& keyframe, bool scarce_points, Map& map,
+                       LocalMappingReport& report);
+  // Creates landmarks of one kind from depth. Returns their number, as do the following.
+  template <class Landmark>
+  int CreateFromDepth(const KeyFrame& keyframe, Map& map);
+  // Creates landmarks triangulated from features without depth.
+  template <class Landmark>
+  int CreateFrom(const std::vector<Depthless<Landmark>>& found, const KeyFrame& keyframe, Map& map);
+  // observations: that of the keyframe first.
+  template <class Landmark>
+  void Create(const typename LandmarkTraits<Landmark>::Geometry& geometry_W,
+              std::span<const Observation> observations, const KeyFrame& keyframe, Map& map);
+  // Returns where the landmark of a feature is, in C; empty if its depth does not suffice.
+  std::optional<Eigen::Vector3d> FromDepth(const PointFeature& feature) const;
+  std::optional<Segment3> FromDepth(const LineFeature& feature) const;
   // Fuses landmarks of neighbouring keyframes that match features of this one but were not tracked.
   void FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const;
-  void CullLandmarks(KeyFrameId newest, Map& map, LocalMappingReport& report);
+  // Removes landmarks on probation that fail. Returns their number.
+  template <class Landmark>
+  int CullRecent(KeyFrameId newest, Map& map);
   // Culls keyframes around the newest, after its adjustment. Returns the landmarks that they
   // observed.
-  Landmarks CullKeyFrames(Map& map, LocalMappingReport& report) const;
+  PerKind<LandmarkIds> CullKeyFrames(Map& map, LocalMappingReport& report) const;
   bool IsRedundant(const KeyFrame& keyframe, const Map& map) const;
   // Removes those with too few observations.
-  void CullUnseen(const Landmarks& landmarks, Map& map) const;
+  void CullUnseen(const PerKind<LandmarkIds>& landmarks, Map& map) const;
   // Begins the adjustment of the keyframe and its neighbours.
   void AdjustAround(KeyFrameId id, const Map& map);
   void RefreshPoints(KeyFrameId id, Map& map) const;
@@ -101,9 +113,7 @@ class LocalMapper final : public MapStage {
   const bool background_;
   MapMatcher matcher_;
   CornerRefiner corners_;
-  // Landmarks on probation, each with the keyframe that created it, oldest first.
-  std::deque<std::pair<PointId, KeyFrameId>> recent_points_;
-  std::deque<std::pair<LineId, KeyFrameId>> recent_lines_;
+  PerKind<Recent> recent_;
   KeyFrameId newest_ = kNoId;
   std::unique_ptr<Adjustment> adjustment_;  // not yet applied
 };

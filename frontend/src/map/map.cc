@@ -196,15 +196,8 @@ void Map::RefreshPoint(PointId id, const PyramidOptions& pyramid) {
   p->min_distance = p->max_distance / std::pow(pyramid.scale_factor, pyramid.levels - 1);
 }
 
-std::vector<std::pair<KeyFrameId, int>> Map::Observers(std::span<const PointId> points,
-                                                       std::span<const LineId> lines) const {
-  std::unordered_map<KeyFrameId, int> count;
-  const auto add = [&](const auto* landmark) {
-    if (landmark == nullptr) return;
-    for (const Observation& o : landmark->observations) ++count[o.keyframe];
-  };
-  for (const PointId id : points) add(Find(id));
-  for (const LineId id : lines) add(Find(id));
+std::vector<std::pair<KeyFrameId, int>> Map::MostFirst(
+    const std::unordered_map<KeyFrameId, int>& count) {
   std::vector<std::pair<KeyFrameId, int>> observers(count.begin(), count.end());
   std::sort(observers.begin(), observers.end(), [](const auto& a, const auto& b) {
     return a.second != b.second ? a.second > b.second : a.first < b.first;
@@ -215,7 +208,7 @@ std::vector<std::pair<KeyFrameId, int>> Map::Observers(std::span<const PointId> 
 std::vector<std::pair<KeyFrameId, int>> Map::Covisible(KeyFrameId id, int min_shared) const {
   const KeyFrame* kf = keyframe(id);
   if (kf == nullptr) return {};
-  auto observers = Observers(kf->points, kf->lines);
+  auto observers = Observers(*kf);
   std::erase_if(observers, [&](const auto& o) { return o.first == id || o.second < min_shared; });
   return observers;
 }

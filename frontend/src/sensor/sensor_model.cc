@@ -51,10 +51,9 @@ void SensorModel::Compensate(std::span<const KeyFrameId> keyframes, Map* map) {
   keyframe_times_.Compensate(by, keyframes, map);
 }
 
-void SensorModel::CompensateAround(std::span<const PointId> points, std::span<const LineId> lines,
-                                   int most, Map* map) {
+void SensorModel::CompensateAround(const PerKind<LandmarkIds>& landmarks, int most, Map* map) {
   std::vector<KeyFrameId> around;
-  for (const auto& [id, shared] : map->Observers(points, lines)) {
+  for (const auto& [id, shared] : map->Observers(landmarks)) {
     if (static_cast<int>(around.size()) == most) break;
     around.push_back(id);
   }

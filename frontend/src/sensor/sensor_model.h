@@ -68,8 +68,7 @@ class SensorModel {
   // Updates keyframes and their landmarks if the estimate of their row times has changed; their
   // poses are left to the adjustment that follows. Updates the keyframes that share most of these
   // landmarks, at most `most`, or all.
-  void CompensateAround(std::span<const PointId> points, std::span<const LineId> lines, int most,
-                        Map* map);
+  void CompensateAround(const PerKind<LandmarkIds>& landmarks, int most, Map* map);
   void CompensateAll(Map* map);
 
  private:

@@ -128,7 +128,7 @@ class FrameRefiner::Job {
     MatchAround(matcher_, map_, tracker_.local_keyframes, &again);
     if (!Solve(&again) || !again.open.empty()) return false;
     if (SupportOf(again) < kEnough * SupportOf(*frame)) return false;
-    again.reference = map_.Observers(again.points, again.lines).front().first;
+    again.reference = map_.Observers(again).front().first;
     *frame = std::move(again);
     return true;
   }
@@ -212,7 +212,7 @@ void FrameRefiner::Start(const Map& map, const ImageKnowledge& knowledge, std::s
     item.frame.T_WC = item.posed.pose.T_WC(map);
     if (!item.refine) continue;
     int most = tracker_.local_keyframes;
-    for (const auto& [id, shared] : map.Observers(item.frame.points, item.frame.lines)) {
+    for (const auto& [id, shared] : map.Observers(item.frame)) {
       if (most-- == 0) break;
       around.insert(id);
     }

@@ -85,7 +85,7 @@ void TakePose(const LandmarkObservations& seen, const PoseSolution& solution,
 LandmarksInView MatchAround(const MapMatcher& matcher, const Map& map, int most,
                             TrackedFrame* tracked) {
   std::vector<KeyFrameId> local;
-  for (const auto& [id, shared] : map.Observers(tracked->points, tracked->lines)) {
+  for (const auto& [id, shared] : map.Observers(*tracked)) {
     if (static_cast<int>(local.size()) == most) break;
     local.push_back(id);
   }

@@ -88,7 +88,7 @@ std::optional<LocalMatch> PoseVerifier::MatchLocalMap(const TrackingQuery& query
   TrackedFrame& tracked = match.frame;
   match.in_view = MatchAround(matcher_, query.map, options_.local_keyframes, &tracked);
   if (!solver_.Solve(query, options_.min_support, fallback, &tracked)) return std::nullopt;
-  tracked.reference = query.map.Observers(tracked.points, tracked.lines).front().first;
+  tracked.reference = query.map.Observers(tracked).front().first;
   tracked.found = static_cast<double>(match.Support()) / static_cast<double>(match.SupportInView());
   return match;
 }
@@ -124,7 +124,7 @@ bool PoseVerifier::FindsLittle(const LocalMatch& match) const {
 
 bool PoseVerifier::Contradicts(const LocalMatch& match, const Map& map) const {
   std::vector<KeyFrameId> views;
-  for (const auto& [id, shared] : map.Observers(match.frame.points, match.frame.lines)) {
+  for (const auto& [id, shared] : map.Observers(match.frame)) {
     if (views.size() == kCompared) break;
     views.push_back(id);
   }

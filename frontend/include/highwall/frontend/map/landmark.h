@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <Eigen/Core>
@@ -59,6 +60,7 @@ struct MapLine {
 // What differs between the kinds of landmarks; everything else is written once for all of them.
 // Each specialization has
 //   Geometry, PositionOf(landmark): where the landmark is, in W,
+//   VariableType, VariableAt(geometry): its block in an optimization,
 //   Feature: an observation of it in an image,
 //   PartOf(holder): the member about this kind of any structure with one member for each kind, such
 //     as `points` of KeyFrame, of FrameFeatures and of PerKind,
@@ -70,12 +72,14 @@ struct LandmarkTraits;
 template <>
 struct LandmarkTraits<MapPoint> {
   using Geometry = Eigen::Vector3d;  // [m]
+  using VariableType = Eigen::Vector3d;
   using Feature = PointFeature;
 
-  template <class Point>
-  static auto& PositionOf(Point& point) {
+  template <class AnyPoint>
+  static auto& PositionOf(AnyPoint& point) {
     return point.p_W;
   }
+  static VariableType VariableAt(const Geometry& p_W) { return p_W; }
   template <class Holder>
   static auto& PartOf(Holder& holder) {
     return holder.points;
@@ -90,11 +94,15 @@ struct LandmarkTraits<MapPoint> {
 template <>
 struct LandmarkTraits<MapLine> {
   using Geometry = Segment3;  // [m]
+  using VariableType = OrthonormalLine;
   using Feature = LineFeature;
 
-  template <class Line>
-  static auto& PositionOf(Line& line) {
+  template <class AnyLine>
+  static auto& PositionOf(AnyLine& line) {
     return line.segment_W;
+  }
+  static VariableType VariableAt(const Geometry& segment_W) {
+    return OrthonormalLine(PluckerLine::FromPoints(segment_W.p(), segment_W.q()));
   }
   template <class Holder>
   static auto& PartOf(Holder& holder) {
@@ -116,6 +124,9 @@ struct PerKind {
   Value<MapPoint> points;
   Value<MapLine> lines;
 };
+// A value for one kind of landmark, whichever it is.
+template <template <class Landmark> class Value>
+using AnyKind = std::variant<Value<MapPoint>, Value<MapLine>>;
 // Ids of landmarks of one kind: PerKind<LandmarkIds> are ids of all kinds.
 template <class Landmark>
 using LandmarkIds = std::vector<Id<Landmark>>;

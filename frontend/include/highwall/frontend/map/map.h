@@ -177,8 +177,19 @@ class Map {
     return LandmarkTable<Landmark>::SeenBy(keyframes_, keyframes, except);
   }
   // Keyframes that observe the given landmarks, with the number of them; most first, then by id.
-  std::vector<std::pair<KeyFrameId, int>> Observers(std::span<const PointId> points,
-                                                    std::span<const LineId> lines = {}) const;
+  // landmarks: a structure with ids of each kind, such as a KeyFrame or PerKind<LandmarkIds>.
+  template <class Holder>
+  std::vector<std::pair<KeyFrameId, int>> Observers(const Holder& landmarks) const {
+    std::unordered_map<KeyFrameId, int> count;
+    ForEachKind([&]<class Landmark>() {
+      for (const Id<Landmark> id : PartOf<Landmark>(landmarks)) {
+        const Landmark* const landmark = Find(id);
+        if (landmark == nullptr) continue;
+        for (const Observation& o : landmark->observations) ++count[o.keyframe];
+      }
+    });
+    return MostFirst(count);
+  }
   // Keyframes that share at least min_shared landmarks with `id`, most first.
   std::vector<std::pair<KeyFrameId, int>> Covisible(KeyFrameId id, int min_shared) const;
 
@@ -202,6 +213,8 @@ class Map {
   const LandmarkTable<Landmark>& table() const {
     return PartOf<Landmark>(landmarks_);
   }
+  static std::vector<std::pair<KeyFrameId, int>> MostFirst(
+      const std::unordered_map<KeyFrameId, int>& count);
   const Submap& submap(SubmapId id) const;
   // Returns the active keyframe that a keyframe is anchored to, itself if it is active; nullptr if
   // there is none. T: is multiplied from the left by the transform to it.
