@@ -133,13 +133,13 @@ struct FactorGraph::Impl {
   }
   const VariableSlot& At(const VariableId& id) const {
     HIGHWALL_REQUIRE(id.graph == 0 || id.graph == number,
-                     "FactorGraph: the variable is one of another graph");
+                     "FactorGraph: the variable belongs to another graph");
     HIGHWALL_REQUIRE(Contains(id), "FactorGraph: the variable is not in the graph");
     return variables[id.index];
   }
   const FactorSlot& At(const FactorId& id) const {
     HIGHWALL_REQUIRE(id.graph == 0 || id.graph == number,
-                     "FactorGraph: the factor is one of another graph");
+                     "FactorGraph: the factor belongs to another graph");
     HIGHWALL_REQUIRE(Contains(id), "FactorGraph: the factor is not in the graph");
     return factors[id.index];
   }
@@ -312,7 +312,7 @@ struct FactorGraph::Impl {
   }
 
   void RequireFit(const ceres::CostFunction* factor, std::span<const VariableId> ids) const {
-    HIGHWALL_REQUIRE(factor != nullptr, "FactorGraph::AddFactor: null factor");
+    HIGHWALL_REQUIRE(factor != nullptr, "FactorGraph::AddFactor: the factor is null");
     HIGHWALL_REQUIRE(factor->num_residuals() > 0, "FactorGraph::AddFactor: no residuals");
     const std::vector<int>& sizes = factor->parameter_block_sizes();
     HIGHWALL_REQUIRE(sizes.size() == ids.size(),
@@ -339,7 +339,7 @@ VariableId FactorGraph::AddBlock(std::span<const double> values, MakeManifold ma
                                  const std::type_info& type, bool landmark) {
   HIGHWALL_REQUIRE(
       std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); }),
-      "FactorGraph::AddVariable: non-finite value");
+      "FactorGraph::AddVariable: the value must be finite");
   ceres::Manifold* const manifold =
       impl_->ManifoldOf(make_manifold, static_cast<int>(values.size()));
   const std::uint32_t index = TakeSlot(&impl_->variables, &impl_->free_variables);
@@ -359,7 +359,7 @@ VariableId FactorGraph::AddBlock(std::span<const double> values, MakeManifold ma
 void FactorGraph::SetBlock(const VariableId& variable, std::span<const double> values) {
   HIGHWALL_REQUIRE(
       std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); }),
-      "FactorGraph::SetValue: non-finite value");
+      "FactorGraph::SetValue: the value must be finite");
   std::copy(values.begin(), values.end(), MutableBlock(variable));
 }
 
@@ -585,7 +585,7 @@ double* FactorGraph::MutableBlock(const VariableId& variable) {
 
 VariableId FactorGraph::FindVariable(const double* block) const {
   const auto found = impl_->by_block.find(block);
-  HIGHWALL_REQUIRE(found != impl_->by_block.end(), "FactorGraph: not a block of the graph");
+  HIGHWALL_REQUIRE(found != impl_->by_block.end(), "FactorGraph: the graph has no such block");
   return found->second;
 }
 

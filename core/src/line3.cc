@@ -7,9 +7,9 @@
 namespace highwall {
 
 PluckerLine PluckerLine::FromPoints(const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
-  HIGHWALL_REQUIRE(p.allFinite() && q.allFinite(), "PluckerLine: non-finite point");
+  HIGHWALL_REQUIRE(p.allFinite() && q.allFinite(), "PluckerLine: the points must be finite");
   const double length = (q - p).norm();
-  HIGHWALL_REQUIRE(length > 1e-9, "PluckerLine: the two points coincide");
+  HIGHWALL_REQUIRE(length > 1e-9, "PluckerLine: the two points must not coincide");
   const Eigen::Vector3d d = (q - p) / length;
   return {p.cross(d), d};
 }
@@ -36,9 +36,10 @@ OrthonormalLine::OrthonormalLine()
     : OrthonormalLine(PluckerLine{-Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()}) {}
 
 OrthonormalLine::OrthonormalLine(const PluckerLine& line) {
-  HIGHWALL_REQUIRE(line.n.allFinite() && line.d.allFinite(), "OrthonormalLine: non-finite line");
+  HIGHWALL_REQUIRE(line.n.allFinite() && line.d.allFinite(),
+                   "OrthonormalLine: the line must be finite");
   const double d_norm = line.d.norm();
-  HIGHWALL_REQUIRE(d_norm > 1e-12, "OrthonormalLine: zero direction");
+  HIGHWALL_REQUIRE(d_norm > 1e-12, "OrthonormalLine: the direction must not be zero");
   const Eigen::Vector3d u2 = line.d / d_norm;
   // Removes the component of n along d, which is due to rounding.
   const Eigen::Vector3d n = line.n - u2 * u2.dot(line.n);

@@ -135,9 +135,9 @@ bool UnitDirectionManifold::MinusJacobian(const double* x, double* jacobian) con
 }
 
 UnitDirection::UnitDirection(const Eigen::Vector3d& v) {
-  HIGHWALL_REQUIRE(v.allFinite(), "UnitDirection: non-finite vector");
+  HIGHWALL_REQUIRE(v.allFinite(), "UnitDirection: the vector must be finite");
   const double norm = v.norm();
-  HIGHWALL_REQUIRE(norm > 1e-12, "UnitDirection: zero vector");
+  HIGHWALL_REQUIRE(norm > 1e-12, "UnitDirection: the vector must not be zero");
   Eigen::Map<Eigen::Vector3d> n(data());
   n = v / norm;
 }

@@ -47,12 +47,13 @@ bool MinusDerivative(const MarginalPrior::Block& block, const double* x, Eigen::
 MarginalPrior::MarginalPrior(std::vector<Block> blocks, const Eigen::MatrixXd& A,
                              const Eigen::VectorXd& b)
     : blocks_(std::move(blocks)), A_(A), b_(b), columns_{0} {
-  HIGHWALL_REQUIRE(A.rows() > 0 && A.rows() == b.size(), "MarginalPrior: A and b do not fit");
-  HIGHWALL_REQUIRE(A.allFinite() && b.allFinite(), "MarginalPrior: non-finite A or b");
+  HIGHWALL_REQUIRE(A.rows() > 0 && A.rows() == b.size(),
+                   "MarginalPrior: A and b must have the same number of rows, at least 1");
+  HIGHWALL_REQUIRE(A.allFinite() && b.allFinite(), "MarginalPrior: A and b must be finite");
   for (const Block& block : blocks_) {
     const std::vector<double>& x_0 = block.linearization_point;
     HIGHWALL_REQUIRE(std::all_of(x_0.begin(), x_0.end(), [](double x) { return std::isfinite(x); }),
-                     "MarginalPrior: non-finite linearization point");
+                     "MarginalPrior: the linearization points must be finite");
     const auto size = static_cast<int>(x_0.size());
     HIGHWALL_REQUIRE(
         size > 0 && (block.manifold == nullptr || block.manifold->AmbientSize() == size),
@@ -60,7 +61,9 @@ MarginalPrior::MarginalPrior(std::vector<Block> blocks, const Eigen::MatrixXd& A
     mutable_parameter_block_sizes()->push_back(size);
     columns_.push_back(columns_.back() + TangentSizeOf(block));
   }
-  HIGHWALL_REQUIRE(columns_.back() == A.cols(), "MarginalPrior: A does not fit the blocks");
+  HIGHWALL_REQUIRE(
+      columns_.back() == A.cols(),
+      "MarginalPrior: A must have as many columns as the blocks have tangent dimensions");
   set_num_residuals(static_cast<int>(A.rows()));
 }
 

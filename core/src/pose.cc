@@ -17,10 +17,12 @@ constexpr double kMaxOrthogonalityError = 1e-3;
 }  // namespace
 
 Pose::Pose(const Eigen::Quaterniond& q_AB, const Eigen::Vector3d& p_AB) {
-  HIGHWALL_REQUIRE(p_AB.allFinite() && q_AB.coeffs().allFinite(), "Pose: non-finite argument");
+  HIGHWALL_REQUIRE(p_AB.allFinite() && q_AB.coeffs().allFinite(),
+                   "Pose: position and quaternion must be finite");
   const double norm = q_AB.norm();
-  HIGHWALL_REQUIRE(norm > 1e-12, "Pose: zero quaternion");
-  HIGHWALL_REQUIRE(std::isfinite(norm), "Pose: the norm of the quaternion is no double");
+  HIGHWALL_REQUIRE(norm > 1e-12, "Pose: the quaternion must not be zero");
+  HIGHWALL_REQUIRE(std::isfinite(norm),
+                   "Pose: the norm of the quaternion is too large for a double");
   Eigen::Map<Eigen::Vector3d> p(data());
   Eigen::Map<Eigen::Vector4d> q(data() + 3);
   p = p_AB;
@@ -28,11 +30,11 @@ Pose::Pose(const Eigen::Quaterniond& q_AB, const Eigen::Vector3d& p_AB) {
 }
 
 Pose Pose::FromMatrix(const Eigen::Matrix4d& T) {
-  HIGHWALL_REQUIRE(T.allFinite(), "Pose::FromMatrix: non-finite matrix");
+  HIGHWALL_REQUIRE(T.allFinite(), "Pose::FromMatrix: the matrix must be finite");
   const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
   const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   HIGHWALL_REQUIRE(error < kMaxOrthogonalityError && R.determinant() > 0.0,
-                   "Pose::FromMatrix: the upper left block is no rotation");
+                   "Pose::FromMatrix: the upper left block must be a rotation");
   return Pose(Eigen::Quaterniond(R), T.topRightCorner<3, 1>());
 }
 

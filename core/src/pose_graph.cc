@@ -102,7 +102,7 @@ void RequireValues(const PoseGraph& graph) {
                                              std::to_string(edge.j) + " " + problem);
   }
   HIGHWALL_REQUIRE(graph.factors.empty() || graph.space == PoseGraphSpace::kSe3,
-                   "PoseGraph: factors need the poses of kSe3");
+                   "PoseGraph: factors are supported in kSe3 only");
   for (const PoseGraphFactor& factor : graph.factors) {
     HIGHWALL_REQUIRE(factor.cost != nullptr, "PoseGraph: a factor has no cost");
   }
@@ -140,8 +140,9 @@ void InitializePoseGraph(PoseGraph* graph, PoseGraphInitialization initializatio
       ComposeAlongTree(topology, /*free_odometry=*/false, graph);
       break;
     case PoseGraphInitialization::kChordal:
-      HIGHWALL_REQUIRE(graph->factors.empty(),
-                       "PoseGraph: the chordal relaxation knows edges alone, and no factors");
+      HIGHWALL_REQUIRE(
+          graph->factors.empty(),
+          "PoseGraph: the chordal relaxation supports edges only, the graph has factors");
       internal::InitializeChordal(topology, graph);
       break;
   }

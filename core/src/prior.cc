@@ -9,8 +9,8 @@ namespace highwall {
 
 PosePrior::PosePrior(const Pose& T_0, const Eigen::Matrix<double, 6, 6>& sqrt_information)
     : T_0_(T_0), W_(sqrt_information) {
-  HIGHWALL_REQUIRE(T_0.IsFinite(), "PosePrior: non-finite pose");
-  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "PosePrior: non-finite sqrt_information");
+  HIGHWALL_REQUIRE(T_0.IsFinite(), "PosePrior: the pose must be finite");
+  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "PosePrior: sqrt_information must be finite");
 }
 
 bool PosePrior::Evaluate(double const* const* parameters, double* residuals,

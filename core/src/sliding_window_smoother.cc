@@ -122,7 +122,7 @@ void SlidingWindowSmoother::Impl::RequireDistinct(std::span<const VariableId> id
   std::set<const double*> blocks;
   for (const VariableId& id : ids) {
     HIGHWALL_REQUIRE(blocks.insert(graph.Block(id)).second,
-                     "SlidingWindowSmoother: a covariance is asked for with a variable twice");
+                     "SlidingWindowSmoother: a variable of the covariance is given twice");
   }
 }
 

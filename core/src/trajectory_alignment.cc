@@ -63,8 +63,9 @@ Eigen::Matrix3d TurnOfAttitudes(const Trajectory& a, const Trajectory& b, const 
 std::optional<PositionAlignment> AlignPositions(const Eigen::Matrix3Xd& a,
                                                 const Eigen::Matrix3Xd& b, bool with_scale,
                                                 std::string* fault) {
-  HIGHWALL_REQUIRE(a.cols() == b.cols(), "alignment needs as many points on either side");
-  HIGHWALL_REQUIRE(a.allFinite() && b.allFinite(), "alignment needs finite points");
+  HIGHWALL_REQUIRE(a.cols() == b.cols(),
+                   "an alignment needs as many points on one side as on the other");
+  HIGHWALL_REQUIRE(a.allFinite() && b.allFinite(), "the points of an alignment must be finite");
   if (a.cols() < 3) {
     *fault = "alignment by se3 or sim3 needs three matched poses, found " +
              std::to_string(a.cols()) + ": align by origin or none";

@@ -29,7 +29,7 @@ double NormalQuantile(double probability) {
 }  // namespace
 
 MotionMeasures MeasureMotion(std::span<const ImuSample> samples, const ImuBias& bias) {
-  HIGHWALL_REQUIRE(!samples.empty(), "MeasureMotion: no samples");
+  HIGHWALL_REQUIRE(!samples.empty(), "MeasureMotion: there must be at least one sample");
   const double n = static_cast<double>(samples.size());
   double rate2 = 0.0, mean = 0.0, variance = 0.0;
   for (const ImuSample& sample : samples) {

@@ -51,7 +51,7 @@ Differences SecondDifferences(const std::vector<double>& integrated, std::size_t
 std::vector<double> Integrated(const std::vector<double>& readings) {
   double mean = 0.0;
   for (const double reading : readings) {
-    HIGHWALL_REQUIRE(std::isfinite(reading), "a reading is not finite");
+    HIGHWALL_REQUIRE(std::isfinite(reading), "AllanDeviation: the readings must be finite");
     mean += reading;
   }
   mean /= static_cast<double>(std::max<std::size_t>(readings.size(), 1));

@@ -16,10 +16,11 @@ CameraPose::CameraPose(const Pose& T_WC_0, const Eigen::Matrix<double, 6, 6>& sq
       R_CB_(T_BC.R().transpose()),
       omega_B_(omega_B),
       t_d_state_(t_d_state) {
-  HIGHWALL_REQUIRE(T_WC_0.IsFinite() && T_BC.IsFinite(), "CameraPose: non-finite pose");
-  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "CameraPose: non-finite sqrt_information");
+  HIGHWALL_REQUIRE(T_WC_0.IsFinite() && T_BC.IsFinite(),
+                   "CameraPose: T_WC and T_BC must be finite");
+  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "CameraPose: sqrt_information must be finite");
   HIGHWALL_REQUIRE(omega_B.allFinite() && std::isfinite(t_d_state),
-                   "CameraPose: non-finite omega_B or t_d_state");
+                   "CameraPose: omega_B and t_d_state must be finite");
 }
 
 bool CameraPose::Evaluate(double const* const* parameters, double* residuals,

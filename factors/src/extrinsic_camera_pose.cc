@@ -12,11 +12,11 @@ ExtrinsicCameraPose::ExtrinsicCameraPose(const Pose& T_WC_0,
                                          const Eigen::Matrix<double, 6, 6>& sqrt_information,
                                          const Eigen::Vector3d& omega_B, double t_d_state)
     : T_WC_0_(T_WC_0), W_(sqrt_information), omega_B_(omega_B), t_d_state_(t_d_state) {
-  HIGHWALL_REQUIRE(T_WC_0.IsFinite(), "ExtrinsicCameraPose: non-finite pose");
+  HIGHWALL_REQUIRE(T_WC_0.IsFinite(), "ExtrinsicCameraPose: T_WC must be finite");
   HIGHWALL_REQUIRE(sqrt_information.allFinite(),
-                   "ExtrinsicCameraPose: non-finite sqrt_information");
+                   "ExtrinsicCameraPose: sqrt_information must be finite");
   HIGHWALL_REQUIRE(omega_B.allFinite() && std::isfinite(t_d_state),
-                   "ExtrinsicCameraPose: non-finite omega_B or t_d_state");
+                   "ExtrinsicCameraPose: omega_B and t_d_state must be finite");
 }
 
 bool ExtrinsicCameraPose::Evaluate(double const* const* parameters, double* residuals,

@@ -43,7 +43,7 @@ ExtrinsicFactor::ExtrinsicFactor(std::shared_ptr<const ceres::CostFunction> seen
   HIGHWALL_REQUIRE(seen_ != nullptr && !seen_->parameter_block_sizes().empty() &&
                        seen_->parameter_block_sizes().front() == kPoseSize &&
                        seen_->parameter_block_sizes().size() < kMostBlocks,
-                   "ExtrinsicFactor: needs a factor whose first block is a pose");
+                   "ExtrinsicFactor: the first block of the factor must be a pose");
   set_num_residuals(seen_->num_residuals());
   *mutable_parameter_block_sizes() = seen_->parameter_block_sizes();
   mutable_parameter_block_sizes()->push_back(kPoseSize);

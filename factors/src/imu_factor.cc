@@ -129,7 +129,7 @@ ImuMeasurement::ImuMeasurement(const ImuPreintegration& imu, double weight)
 
 ImuFactor::ImuFactor(const ImuPreintegration& imu, const Eigen::Vector3d& gravity_W, double weight)
     : measurement_(imu, weight), gravity_W_(gravity_W) {
-  HIGHWALL_REQUIRE(gravity_W.allFinite(), "ImuFactor: non-finite gravity_W");
+  HIGHWALL_REQUIRE(gravity_W.allFinite(), "ImuFactor: gravity_W must be finite");
 }
 
 bool ImuFactor::Evaluate(double const* const* parameters, double* residuals,

@@ -23,7 +23,8 @@ constexpr std::size_t kFewReadings = 10;  // in a shorter window the variance is
 double StepOf(std::span<const ImuSample> samples) {
   std::vector<Stamp> steps;
   for (std::size_t i = 1; i < samples.size(); ++i) {
-    HIGHWALL_REQUIRE(samples[i].stamp > samples[i - 1].stamp, "stamps do not increase");
+    HIGHWALL_REQUIRE(samples[i].stamp > samples[i - 1].stamp,
+                     "the stamps of the readings must increase");
     steps.push_back(samples[i].stamp - samples[i - 1].stamp);
   }
   const double hole = kHole * static_cast<double>(UpperMedian(steps));

@@ -50,11 +50,12 @@ ImuPreintegration::ImuPreintegration(std::span<const ImuSample> samples, const I
   options_.Validate();
   HIGHWALL_REQUIRE(samples_.size() >= 2, "ImuPreintegration needs at least 2 samples, has " +
                                              std::to_string(samples_.size()));
-  HIGHWALL_REQUIRE(bias.allFinite(), "ImuPreintegration: non-finite bias");
+  HIGHWALL_REQUIRE(bias.allFinite(), "ImuPreintegration: the bias must be finite");
   for (std::size_t i = 0; i < samples_.size(); ++i) {
     const ImuSample& sample = samples_[i];
-    HIGHWALL_REQUIRE(sample.gyroscope.allFinite() && sample.accelerometer.allFinite(),
-                     "ImuPreintegration: non-finite sample at " + FormatStamp(sample.stamp) + " s");
+    HIGHWALL_REQUIRE(
+        sample.gyroscope.allFinite() && sample.accelerometer.allFinite(),
+        "ImuPreintegration: the sample at " + FormatStamp(sample.stamp) + " s must be finite");
     HIGHWALL_REQUIRE(i == 0 || samples_[i - 1].stamp < sample.stamp,
                      "ImuPreintegration: the stamps do not increase at " +
                          FormatStamp(sample.stamp) + " s; ImuBuffer puts them in order");

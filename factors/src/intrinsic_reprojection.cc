@@ -13,7 +13,7 @@ IntrinsicReprojection::IntrinsicReprojection(const ProjectionRows<3>& rows,
       c_(projection.fx() * projection.baseline()),
       min_depth_(projection.min_depth()) {
   HIGHWALL_REQUIRE(rows.A.allFinite() && rows.b.allFinite() && shares.allFinite(),
-                   "IntrinsicReprojection: rows or shares that are not finite");
+                   "IntrinsicReprojection: rows and shares must be finite");
 }
 
 bool IntrinsicReprojection::Evaluate(double const* const* parameters, double* residuals,

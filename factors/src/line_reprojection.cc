@@ -67,7 +67,7 @@ void SegmentNoise::Validate() const {
 }
 
 void RgbdSegment::Validate() const {
-  HIGHWALL_REQUIRE(s.allFinite() && e.allFinite(), "RgbdSegment: non-finite end");
+  HIGHWALL_REQUIRE(s.allFinite() && e.allFinite(), "RgbdSegment: both ends must be finite");
   HIGHWALL_REQUIRE((e - s).head<2>().norm() >= kMinLength, "RgbdSegment: ends closer than 1 px");
   RequirePositiveFinite(s.z(), "RgbdSegment: disparity of s");
   RequirePositiveFinite(e.z(), "RgbdSegment: disparity of e");
@@ -75,7 +75,7 @@ void RgbdSegment::Validate() const {
 
 std::array<ProjectionRows<1>, 2> SegmentRows(const Eigen::Vector2d& s, const Eigen::Vector2d& e,
                                              double sigma_px) {
-  HIGHWALL_REQUIRE(s.allFinite() && e.allFinite(), "SegmentRows: non-finite end");
+  HIGHWALL_REQUIRE(s.allFinite() && e.allFinite(), "SegmentRows: both ends must be finite");
   HIGHWALL_REQUIRE((e - s).norm() >= kMinLength, "SegmentRows: ends closer than 1 px");
   RequirePositiveFinite(sigma_px, "SegmentRows: sigma_px");
   const ImageLine line(s, e);

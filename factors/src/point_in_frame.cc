@@ -10,8 +10,8 @@ namespace highwall {
 
 PointInFrame::PointInFrame(const Eigen::Vector3d& p_F, const Eigen::Matrix3d& sqrt_information)
     : p_F_(p_F), W_(sqrt_information) {
-  HIGHWALL_REQUIRE(p_F.allFinite(), "PointInFrame: non-finite point");
-  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "PointInFrame: non-finite sqrt_information");
+  HIGHWALL_REQUIRE(p_F.allFinite(), "PointInFrame: the point must be finite");
+  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "PointInFrame: sqrt_information must be finite");
 }
 
 bool PointInFrame::Evaluate(double const* const* parameters, double* residuals,

@@ -36,8 +36,8 @@ void EvaluatePoint(const RgbdProjection& projection, const ProjectionRows<kRows>
 }  // namespace
 
 ProjectionRows<2> PointRows(const Eigen::Vector2d& uv, const Eigen::Matrix2d& sqrt_information) {
-  HIGHWALL_REQUIRE(uv.allFinite(), "PointRows: non-finite pixel");
-  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "PointRows: non-finite sqrt_information");
+  HIGHWALL_REQUIRE(uv.allFinite(), "PointRows: the pixel must be finite");
+  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "PointRows: sqrt_information must be finite");
   ProjectionRows<2> rows;
   rows.A << sqrt_information, Eigen::Vector2d::Zero();
   rows.b = -sqrt_information * uv;  // Eq. 1
@@ -45,8 +45,8 @@ ProjectionRows<2> PointRows(const Eigen::Vector2d& uv, const Eigen::Matrix2d& sq
 }
 
 ProjectionRows<3> PointRows(const Eigen::Vector3d& uvd, const Eigen::Matrix3d& sqrt_information) {
-  HIGHWALL_REQUIRE(uvd.allFinite(), "PointRows: non-finite pixel or disparity");
-  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "PointRows: non-finite sqrt_information");
+  HIGHWALL_REQUIRE(uvd.allFinite(), "PointRows: pixel and disparity must be finite");
+  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "PointRows: sqrt_information must be finite");
   return {sqrt_information, -sqrt_information * uvd};  // Eq. 2
 }
 

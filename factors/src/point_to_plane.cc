@@ -11,7 +11,7 @@ namespace highwall {
 
 PointToPlane::PointToPlane(const PointToPlaneRow& row) : row_(row) {
   HIGHWALL_REQUIRE(row.n.allFinite() && row.a.allFinite() && row.p.allFinite(),
-                   "PointToPlane: non-finite plane or point");
+                   "PointToPlane: plane and point must be finite");
   HIGHWALL_REQUIRE(std::abs(row.n.norm() - 1.0) < 1e-6,
                    "PointToPlane: the normal must have the length 1");
   HIGHWALL_REQUIRE(std::isfinite(row.inverse_sigma) && row.inverse_sigma > 0.0,

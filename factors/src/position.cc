@@ -11,9 +11,9 @@ namespace highwall {
 PositionFactor::PositionFactor(const Eigen::Vector3d& p_G, const Eigen::Vector3d& l,
                                const Eigen::Matrix3d& sqrt_information)
     : p_G_(p_G), l_(l), W_(sqrt_information) {
-  HIGHWALL_REQUIRE(p_G.allFinite(), "PositionFactor: non-finite position");
-  HIGHWALL_REQUIRE(l.allFinite(), "PositionFactor: non-finite lever arm");
-  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "PositionFactor: non-finite sqrt_information");
+  HIGHWALL_REQUIRE(p_G.allFinite(), "PositionFactor: the position must be finite");
+  HIGHWALL_REQUIRE(l.allFinite(), "PositionFactor: the lever arm must be finite");
+  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "PositionFactor: sqrt_information must be finite");
 }
 
 bool PositionFactor::Evaluate(double const* const* parameters, double* residuals,

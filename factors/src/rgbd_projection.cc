@@ -21,7 +21,7 @@ RgbdProjection::RgbdProjection(const PinholeCamera& camera, const Pose& T_BC,
   camera.Validate();
   HIGHWALL_REQUIRE(!camera.HasDistortion(),
                    "RgbdProjection works in undistorted pixels: pass camera.WithoutDistortion()");
-  HIGHWALL_REQUIRE(T_BC.IsFinite(), "RgbdProjection: non-finite T_BC");
+  HIGHWALL_REQUIRE(T_BC.IsFinite(), "RgbdProjection: T_BC must be finite");
   HIGHWALL_REQUIRE(right.fx == camera.fx,
                    "VirtualRightCamera::fx must equal the camera's, is " + FixedText(right.fx));
   RequirePositiveFinite(right.baseline, "VirtualRightCamera::baseline");

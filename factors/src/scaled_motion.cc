@@ -9,8 +9,8 @@ namespace highwall {
 ScaledMotion::ScaledMotion(const Pose& Z, const Eigen::Matrix<double, 6, 6>& sqrt_information,
                            const Pose& T_BC)
     : Z_(Z), W_(sqrt_information), T_BC_(T_BC), R_CB_(T_BC.R().transpose()) {
-  HIGHWALL_REQUIRE(Z.IsFinite() && T_BC.IsFinite(), "ScaledMotion: non-finite pose");
-  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "ScaledMotion: non-finite sqrt_information");
+  HIGHWALL_REQUIRE(Z.IsFinite() && T_BC.IsFinite(), "ScaledMotion: Z and T_BC must be finite");
+  HIGHWALL_REQUIRE(sqrt_information.allFinite(), "ScaledMotion: sqrt_information must be finite");
 }
 
 bool ScaledMotion::Evaluate(double const* const* parameters, double* residuals,

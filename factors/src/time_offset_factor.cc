@@ -41,10 +41,10 @@ TimeOffsetFactor::TimeOffsetFactor(std::shared_ptr<const ceres::CostFunction> se
   HIGHWALL_REQUIRE(seen_ != nullptr && !seen_->parameter_block_sizes().empty() &&
                        seen_->parameter_block_sizes().front() == kPoseSize &&
                        seen_->parameter_block_sizes().size() < kMostBlocks,
-                   "TimeOffsetFactor: needs a factor whose first block is a pose");
+                   "TimeOffsetFactor: the first block of the factor must be a pose");
   HIGHWALL_REQUIRE(v_WB.allFinite() && omega_B.allFinite(),
-                   "TimeOffsetFactor: non-finite velocity");
-  HIGHWALL_REQUIRE(std::isfinite(t_d_state), "TimeOffsetFactor: non-finite t_d_state");
+                   "TimeOffsetFactor: v_WB and omega_B must be finite");
+  HIGHWALL_REQUIRE(std::isfinite(t_d_state), "TimeOffsetFactor: t_d_state must be finite");
   set_num_residuals(seen_->num_residuals());
   *mutable_parameter_block_sizes() = seen_->parameter_block_sizes();
   mutable_parameter_block_sizes()->push_back(1);

@@ -16,8 +16,8 @@ TimeOffsetReprojection<kRows>::TimeOffsetReprojection(const Vector& z, const Vec
       whitened_velocity_(sqrt_information * velocity),
       projection_(projection),
       t_d_state_(t_d_state) {
-  HIGHWALL_REQUIRE(velocity.allFinite(), "TimeOffsetReprojection: non-finite velocity");
-  HIGHWALL_REQUIRE(std::isfinite(t_d_state), "TimeOffsetReprojection: non-finite t_d_state");
+  HIGHWALL_REQUIRE(velocity.allFinite(), "TimeOffsetReprojection: the velocity must be finite");
+  HIGHWALL_REQUIRE(std::isfinite(t_d_state), "TimeOffsetReprojection: t_d_state must be finite");
 }
 
 template <int kRows>

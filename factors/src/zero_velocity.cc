@@ -47,7 +47,8 @@ void StationaryOptions::Validate() const {
 
 double StationaryStatistic(std::span<const ImuSample> samples, const StationaryOptions& options) {
   options.Validate();
-  HIGHWALL_REQUIRE(samples.size() >= 2, "StationaryStatistic needs at least 2 samples");
+  HIGHWALL_REQUIRE(samples.size() >= 2, "StationaryStatistic needs at least 2 samples, has " +
+                                            std::to_string(samples.size()));
   const Means means = MeansOf(samples);
   double gyroscope = 0.0, accelerometer = 0.0;
   for (const ImuSample& sample : samples) {

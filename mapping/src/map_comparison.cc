@@ -134,7 +134,7 @@ ReferenceSurface::ReferenceSurface(const TriangleMesh& mesh, double spacing) {
 }
 
 void ReferenceSurface::KeepSamples(const std::vector<char>& keep) {
-  HIGHWALL_REQUIRE(keep.size() == samples_.size(), "one entry a sample");
+  HIGHWALL_REQUIRE(keep.size() == samples_.size(), "there must be one entry for each sample");
   std::size_t i = 0;
   std::erase_if(samples_, [&](const Eigen::Vector3f&) { return keep[i++] == 0; });
   HIGHWALL_REQUIRE(!samples_.empty(), "no sample of the reference is left");
@@ -142,7 +142,7 @@ void ReferenceSurface::KeepSamples(const std::vector<char>& keep) {
 
 void MarkSeen(std::span<const Eigen::Vector3f> points_W, const DepthView& view,
               const PinholeCamera& camera, double tolerance, std::vector<char>& seen) {
-  HIGHWALL_REQUIRE(seen.size() == points_W.size(), "one entry a point");
+  HIGHWALL_REQUIRE(seen.size() == points_W.size(), "there must be one entry for each point");
   HIGHWALL_REQUIRE(view.depth.type() == CV_32FC1 && view.depth.cols == camera.width &&
                        view.depth.rows == camera.height,
                    "a depth image is CV_32FC1, of the size of the camera");

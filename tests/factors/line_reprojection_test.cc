@@ -492,7 +492,7 @@ TEST(LineReprojection, RefusesBadArguments) {
   expect_refused(good, {.disparity_s = -1.0}, "SegmentNoise::disparity_s");
   expect_refused(good, {.disparity_e = nan}, "SegmentNoise::disparity_e");
   segment.s.y() = nan;
-  expect_refused(segment, {}, "non-finite end");
+  expect_refused(segment, {}, "both ends must be finite");
   segment = good;
   segment.e.head<2>() = good.s.head<2>() + Eigen::Vector2d(0.5, 0.5);
   expect_refused(segment, {}, "closer than 1 px");

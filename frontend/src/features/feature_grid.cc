@@ -10,7 +10,8 @@ namespace highwall {
 FeatureGrid::FeatureGrid(const std::vector<cv::KeyPoint>& keypoints, const cv::Size& image_size,
                          double cell_size)
     : cell_size_(cell_size) {
-  HIGHWALL_REQUIRE(image_size.width > 0 && image_size.height > 0, "FeatureGrid: empty image");
+  HIGHWALL_REQUIRE(image_size.width > 0 && image_size.height > 0,
+                   "FeatureGrid: the image must not be empty");
   HIGHWALL_REQUIRE(std::isfinite(cell_size) && cell_size > 0.0,
                    "FeatureGrid: cell_size must be positive");
   columns_ = static_cast<int>(std::ceil(image_size.width / cell_size));
@@ -20,7 +21,7 @@ FeatureGrid::FeatureGrid(const std::vector<cv::KeyPoint>& keypoints, const cv::S
   cells.reserve(keypoints.size());
   for (const cv::KeyPoint& keypoint : keypoints) {
     HIGHWALL_REQUIRE(std::isfinite(keypoint.pt.x) && std::isfinite(keypoint.pt.y),
-                     "FeatureGrid: keypoint not finite");
+                     "FeatureGrid: the keypoints must be finite");
     const int cell = Row(keypoint.pt.y) * columns_ + Column(keypoint.pt.x);
     cells.push_back(static_cast<std::size_t>(cell));
     ++cell_begin_[cells.back() + 1];

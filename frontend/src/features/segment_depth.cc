@@ -208,7 +208,7 @@ std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv
       depth.type() == CV_32FC1 && depth.cols == camera.width && depth.rows == camera.height,
       "FitSegmentDepth: the depth image must be CV_32FC1 of the camera's size");
   HIGHWALL_REQUIRE(segment.s.allFinite() && segment.e.allFinite(),
-                   "FitSegmentDepth: segment not finite");
+                   "FitSegmentDepth: the segment must be finite");
   if (segment.Length() < 1.0F) return std::nullopt;
 
   std::array<Samples, 2> sides;

@@ -137,7 +137,8 @@ bool IsBeforeAll(const MeasurementModel& model, const Segment3& segment_W,
 
 std::optional<TriangulatedLine> TriangulateLine(const MeasurementModel& model,
                                                 std::span<const LineView> views) {
-  HIGHWALL_REQUIRE(views.size() >= 2, "TriangulateLine: a line takes two views");
+  HIGHWALL_REQUIRE(views.size() >= 2, "TriangulateLine: a line needs at least two views, has " +
+                                          std::to_string(views.size()));
   const LineProblem problem(model, views);
   const auto start = problem.Start();
   if (!start) return std::nullopt;

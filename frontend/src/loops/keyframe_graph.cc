@@ -186,7 +186,7 @@ void AddPresentEdges(const Map& map, std::size_t i, std::optional<std::size_t> b
 std::int64_t KeyFrameGraph::NodeOf(KeyFrameId keyframe) const {
   const auto found = std::lower_bound(keyframes.begin(), keyframes.end(), keyframe);
   HIGHWALL_REQUIRE(found != keyframes.end() && *found == keyframe,
-                   "KeyFrameGraph::NodeOf: no such keyframe");
+                   "KeyFrameGraph::NodeOf: the keyframe is not in the graph");
   return found - keyframes.begin();
 }
 
@@ -218,7 +218,9 @@ KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
   options.Validate();
   KeyFrameGraph result;
   result.keyframes = map.KeyFramesOf(submap);
-  HIGHWALL_REQUIRE(result.keyframes.size() >= 2, "MakeKeyFrameGraph: less than two keyframes");
+  HIGHWALL_REQUIRE(result.keyframes.size() >= 2,
+                   "MakeKeyFrameGraph: the submap must have at least two keyframes, has " +
+                       std::to_string(result.keyframes.size()));
   PoseGraph& graph = result.graph;
   for (std::size_t i = 0; i < result.keyframes.size(); ++i) {
     graph.nodes.push_back(

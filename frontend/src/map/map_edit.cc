@@ -120,7 +120,8 @@ void Apply(const MapEdit& edit, Map* map) {
 
 void MoveKeyFrames(const std::vector<KeyFrameId>& keyframes, const std::vector<Pose>& T_WC,
                    Map* map) {
-  HIGHWALL_REQUIRE(keyframes.size() == T_WC.size(), "MoveKeyFrames: a pose for every keyframe");
+  HIGHWALL_REQUIRE(keyframes.size() == T_WC.size(),
+                   "MoveKeyFrames: there must be one pose for each keyframe");
   MapEdit edit;
   for (std::size_t i = 0; i < keyframes.size(); ++i) {
     edit.after.keyframes.emplace(keyframes[i], T_WC[i]);

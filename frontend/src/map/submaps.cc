@@ -8,7 +8,7 @@
 namespace highwall {
 
 const Map::Submap& Map::submap(SubmapId id) const {
-  HIGHWALL_REQUIRE(id.index() < submaps_.size(), "Map: no such submap");
+  HIGHWALL_REQUIRE(id.index() < submaps_.size(), "Map: there is no such submap");
   return submaps_[id.index()];
 }
 

@@ -12,8 +12,8 @@
 namespace highwall {
 
 void PoseFactor::Validate() const {
-  HIGHWALL_REQUIRE(cost != nullptr, "PoseFactor: it has no cost");
-  HIGHWALL_REQUIRE(!stamps.empty(), "PoseFactor: it has no stamp");
+  HIGHWALL_REQUIRE(cost != nullptr, "PoseFactor::cost must not be null");
+  HIGHWALL_REQUIRE(!stamps.empty(), "PoseFactor::stamps must not be empty");
   HIGHWALL_REQUIRE(std::ranges::is_sorted(stamps, std::less_equal<>()),
                    "PoseFactor: the stamps must ascend, each once");
   HIGHWALL_REQUIRE(stamps.front() >= -kMaxStamp && stamps.back() <= kMaxStamp,

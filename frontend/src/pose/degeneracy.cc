@@ -14,7 +14,8 @@ std::vector<UnobservableDirection> FindUnobservableDirections(
     const DegeneracyOptions& options) {
   HIGHWALL_REQUIRE(std::isfinite(depth) && depth > 0.0,
                    "FindUnobservableDirections: depth must be positive");
-  HIGHWALL_REQUIRE(information.allFinite(), "FindUnobservableDirections: non-finite information");
+  HIGHWALL_REQUIRE(information.allFinite(),
+                   "FindUnobservableDirections: the information must be finite");
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   // From metres in C to the tangent: position in W, rotation in C.
   Matrix6 S = Matrix6::Zero();

@@ -90,8 +90,8 @@ class VectorPrior final : public ceres::SizedCostFunction<N, N> {
   // x_0: the expected value. sqrt_information: W, N x N, W^T W = Sigma^-1 (SqrtInformation()).
   // Throws InvalidArgument if an argument is not finite.
   VectorPrior(const Vector& x_0, const Matrix& sqrt_information) : x_0_(x_0), W_(sqrt_information) {
-    HIGHWALL_REQUIRE(x_0.allFinite(), "VectorPrior: non-finite x_0");
-    HIGHWALL_REQUIRE(sqrt_information.allFinite(), "VectorPrior: non-finite sqrt_information");
+    HIGHWALL_REQUIRE(x_0.allFinite(), "VectorPrior: x_0 must be finite");
+    HIGHWALL_REQUIRE(sqrt_information.allFinite(), "VectorPrior: sqrt_information must be finite");
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
