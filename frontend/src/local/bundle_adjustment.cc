@@ -7,6 +7,7 @@
 #include <map>
 #include <unordered_map>
 #include <utility>
+#include <variant>
 
 #include <ceres/loss_function.h>
 
@@ -29,6 +30,31 @@ constexpr double kOfLinesAlone = 1e4;         // the largest trust region for a 
 constexpr double kMinLineLength = 1e-3;       // [m] a shorter segment has no valid direction
 constexpr double kMostForgotten = 1.0 / 3.0;  // of the observations, by one adjustment
 
+// Moves a landmark to its estimate. Returns false if no landmark is left.
+bool MoveTo(const Point& p_W, MapPoint* point) {
+  point->p_W = p_W;
+  return true;
+}
+bool MoveTo(const OrthonormalLine& line_W, MapLine* line) {
+  line->segment_W = TrimTo(line_W.Plucker(), line->segment_W);
+  // A line that has rotated across its old ends has no length between them.
+  return line->segment_W.Length() >= kMinLineLength;
+}
+
+// Whether a landmark is inside the domain of its factor.
+bool IsInDomain(const Point& p_W, const PointFeature&, const Pose& T_CW,
+                const RgbdProjection& projection) {
+  const Eigen::Vector3d p_C = T_CW * p_W;
+  return p_C.z() >= projection.min_depth();
+}
+bool IsInDomain(const OrthonormalLine& line_W, const LineFeature& feature, const Pose& T_CW,
+                const RgbdProjection& projection) {
+  const PluckerLine line_C = T_CW * line_W.Plucker();
+  return TrimToObservation(line_C, feature.segment.s.cast<double>(),
+                           feature.segment.e.cast<double>(), projection)
+      .has_value();
+}
+
 }  // namespace
 
 // Result of an adjustment.
@@ -38,11 +64,14 @@ struct BundleAdjuster::Result {
     Eigen::Vector3d v_WB;
     ImuBias bias;
   };
+  template <class Landmark>
+  using Estimates =
+      std::vector<std::pair<Id<Landmark>, typename LandmarkTraits<Landmark>::VariableType>>;
+
   BundleAdjustmentReport report;
   std::vector<std::pair<KeyFrameId, Pose>> poses;  // T_WC
   std::vector<Motion> motions;
-  std::vector<std::pair<PointId, Eigen::Vector3d>> points;
-  std::vector<std::pair<LineId, PluckerLine>> lines;
+  PerKind<Estimates> landmarks;
   SubmapId world = kNoId;                                 // of the frames and of gravity
   std::vector<std::pair<ReferenceFrameId, Pose>> frames;  // T_FW of the frames that moved
   std::optional<Eigen::Vector3d> gravity_W;               // of a map adjusted as a whole
@@ -58,16 +87,12 @@ struct BundleAdjuster::Result {
       keyframe->motion->v_WB = motion.v_WB;
       keyframe->motion->bias = motion.bias;
     }
-    for (const auto& [id, p_W] : points) {
-      if (MapPoint* point = map.Find(id)) point->p_W = p_W;
-    }
-    for (const auto& [id, line_W] : lines) {
-      MapLine* line = map.Find(id);
-      if (line == nullptr) continue;
-      line->segment_W = TrimTo(line_W, line->segment_W);
-      // A line that has rotated across its old ends has no length between them.
-      if (!(line->segment_W.Length() >= kMinLineLength)) map.Remove(id);
-    }
+    ForEachKind([&]<class Landmark>() {
+      for (const auto& [id, estimate] : PartOf<Landmark>(landmarks)) {
+        Landmark* const landmark = map.Find(id);
+        if (landmark != nullptr && !MoveTo(estimate, landmark)) map.Remove(id);
+      }
+    });
     for (const auto& [id, T_FW] : frames) map.factors().Place(id, map.Root(world), T_FW);
     if (gravity_W) map.SetGravity(gravity_W, world);
     Forget(outliers, &map);
@@ -82,8 +107,8 @@ class BundleAdjuster::Problem {
         options_(options),
         threads_(threads),
         T_CB_(model.T_BC().Inverse()),
-        point_loss_(std::make_shared<ceres::HuberLoss>(options.point_huber)),
-        line_loss_(std::make_shared<ceres::HuberLoss>(options.line_huber)) {}
+        losses_{std::make_shared<ceres::HuberLoss>(options.point_huber),
+                std::make_shared<ceres::HuberLoss>(options.line_huber)} {}
 
   void AddKeyFrames(const Map& map, std::span<const KeyFrameId> ids, bool fixed) {
     for (const KeyFrameId id : ids) {
@@ -144,12 +169,12 @@ class BundleAdjuster::Problem {
   void AddLandmarks(const Map& map, std::span<const KeyFrameId> ids) {
     for (const KeyFrameId id : ids) {
       const KeyFrame& keyframe = *map.keyframe(id);
-      for (const PointId p : keyframe.points) {
-        if (p != kNoId && !points_.contains(p)) AddPoint(map, *map.Find(p));
-      }
-      for (const LineId l : keyframe.lines) {
-        if (l != kNoId && !lines_.contains(l)) AddLine(map, *map.Find(l));
-      }
+      ForEachKind([&]<class Landmark>() {
+        for (const Id<Landmark> landmark : PartOf<Landmark>(keyframe)) {
+          if (landmark == kNoId || PartOf<Landmark>(landmarks_).contains(landmark)) continue;
+          AddLandmark(map, *map.Find(landmark));
+        }
+      });
     }
   }
 
@@ -173,8 +198,8 @@ class BundleAdjuster::Problem {
   Result TakeResult() const {
     Result result;
     result.report = report_;
-    result.report.points = static_cast<int>(points_.size());
-    result.report.lines = static_cast<int>(lines_.size());
+    result.report.points = static_cast<int>(landmarks_.points.size());
+    result.report.lines = static_cast<int>(landmarks_.lines.size());
     result.report.outliers = static_cast<int>(outliers_.size());
     result.report.observations = static_cast<int>(factors_.size() + outliers_.size());
     if (!report_.usable) return result;
@@ -191,29 +216,35 @@ class BundleAdjuster::Problem {
     for (const auto& [id, frame] : frames_) {
       if (!graph_.IsFixed(frame)) result.frames.emplace_back(id, graph_.Value(frame));
     }
-    for (const auto& [id, point] : points_) result.points.emplace_back(id, graph_.Value(point));
-    for (const auto& [id, line] : lines_) {
-      result.lines.emplace_back(id, graph_.Value(line).Plucker());
-    }
-    for (const Seen& seen : outliers_) {
-      if (seen.segment == nullptr) {
-        result.outliers.points.emplace_back(seen.keyframe, seen.point);
-      } else {
-        result.outliers.lines.emplace_back(seen.keyframe, seen.line);
+    ForEachKind([&]<class Landmark>() {
+      for (const auto& [id, variable] : PartOf<Landmark>(landmarks_)) {
+        PartOf<Landmark>(result.landmarks).emplace_back(id, graph_.Value(variable));
       }
+    });
+    for (const AnySeen& any : outliers_) {
+      const auto add = [&]<class Landmark>(const Seen<Landmark>& seen) {
+        PartOf<Landmark>(result.outliers).emplace_back(seen.keyframe, seen.landmark);
+      };
+      std::visit(add, any);
     }
     return result;
   }
 
  private:
+  // An observation, with its factor.
+  template <class Landmark>
   struct Seen {
     FactorId factor;
     KeyFrameId keyframe;
-    PointId point;  // kNoId of a line
-    LineId line;    // kNoId of a point
-    int dimension = 0;
-    const LineSegment* segment = nullptr;  // of a line
+    Id<Landmark> landmark;
+    const typename LandmarkTraits<Landmark>::Feature* feature = nullptr;
   };
+  using AnySeen = AnyKind<Seen>;
+  template <class Landmark>
+  using Variables =
+      std::unordered_map<Id<Landmark>, Variable<typename LandmarkTraits<Landmark>::VariableType>>;
+  template <class Landmark>
+  using Loss = std::shared_ptr<ceres::LossFunction>;
 
   // Solves, without those user factors that turn out not to be evaluable.
   SolveSummary Improve(int iterations, const std::atomic<bool>* stopped) {
@@ -235,8 +266,9 @@ class BundleAdjuster::Problem {
     SolveOptions solve;
     solve.max_iterations = iterations;
     solve.function_tolerance = options_.tolerance;
-    solve.initial_trust_region_radius =
-        points_.empty() ? std::min(options_.trust_region, kOfLinesAlone) : options_.trust_region;
+    solve.initial_trust_region_radius = landmarks_.points.empty()
+                                            ? std::min(options_.trust_region, kOfLinesAlone)
+                                            : options_.trust_region;
     solve.threads = threads_;
     solve.stop = stopped;
     const SolveSummary summary = graph_.Solve(solve);
@@ -271,26 +303,23 @@ class BundleAdjuster::Problem {
 
   // Removes the factors of outliers; Write() removes their observations from the map.
   void RemoveOutliers() {
-    std::erase_if(factors_, [&](const Seen& seen) {
-      if (graph_.SquaredError(seen.factor) <= options_.inliers.Of(seen.dimension) && InDomain(seen))
-        return false;
+    const auto remove_outlier = [&]<class Landmark>(const Seen<Landmark>& seen) {
+      if (IsInlier(seen)) return false;
       graph_.RemoveFactor(seen.factor);
       outliers_.push_back(seen);
       return true;
-    });
+    };
+    std::erase_if(factors_, [&](const AnySeen& any) { return std::visit(remove_outlier, any); });
   }
 
   // Outside its domain a factor is zero: a landmark behind the camera must not count as an inlier.
-  bool InDomain(const Seen& seen) const {
+  template <class Landmark>
+  bool IsInlier(const Seen<Landmark>& seen) const {
+    const int dimension = MeasurementModel::Dimension(*seen.feature);
+    if (!(graph_.SquaredError(seen.factor) <= options_.inliers.Of(dimension))) return false;
     const Pose T_CW = (graph_.Value(poses_.at(seen.keyframe)) * model_.T_BC()).Inverse();
-    if (seen.segment == nullptr) {
-      const Eigen::Vector3d p_C = T_CW * graph_.Value(points_.at(seen.point));
-      return p_C.z() >= model_.projection().min_depth();
-    }
-    const PluckerLine line_C = T_CW * graph_.Value(lines_.at(seen.line)).Plucker();
-    return TrimToObservation(line_C, seen.segment->s.cast<double>(), seen.segment->e.cast<double>(),
-                             model_.projection())
-        .has_value();
+    return IsInDomain(graph_.Value(PartOf<Landmark>(landmarks_).at(seen.landmark)), *seen.feature,
+                      T_CW, model_.projection());
   }
 
   // Velocity and bias of a keyframe. The bias of the oldest in a chain has a prior.
@@ -338,32 +367,20 @@ class BundleAdjuster::Problem {
     return frames_.emplace(id, frame).first->second;
   }
 
-  void AddPoint(const Map& map, const MapPoint& point) {
-    const Variable<Point> variable = graph_.AddLandmark(Point(point.p_W));
-    points_.emplace(point.id, variable);
-    for (const Observation& o : point.observations) {
+  // Adds a landmark and its observations.
+  template <class Landmark>
+  void AddLandmark(const Map& map, const Landmark& landmark) {
+    using Traits = LandmarkTraits<Landmark>;
+    const auto variable = graph_.AddLandmark(Traits::VariableAt(Traits::PositionOf(landmark)));
+    PartOf<Landmark>(landmarks_).emplace(landmark.id, variable);
+    for (const Observation& o : landmark.observations) {
       const auto pose = poses_.find(o.keyframe);
       if (pose == poses_.end()) continue;
-      const auto& feature =
-          map.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
-      factors_.push_back(
-          {graph_.AddFactor(model_.MakeFactor(feature), point_loss_, pose->second, variable),
-           o.keyframe, point.id, kNoId, MeasurementModel::Dimension(feature)});
-    }
-  }
-
-  void AddLine(const Map& map, const MapLine& line) {
-    const Variable<OrthonormalLine> variable = graph_.AddLandmark(
-        OrthonormalLine(PluckerLine::FromPoints(line.segment_W.p(), line.segment_W.q())));
-    lines_.emplace(line.id, variable);
-    for (const Observation& o : line.observations) {
-      const auto pose = poses_.find(o.keyframe);
-      if (pose == poses_.end()) continue;
-      const auto& feature =
-          map.keyframe(o.keyframe)->frame.features->lines[static_cast<std::size_t>(o.index)];
-      factors_.push_back(
-          {graph_.AddFactor(model_.MakeFactor(feature), line_loss_, pose->second, variable),
-           o.keyframe, kNoId, line.id, MeasurementModel::Dimension(feature), &feature.segment});
+      const FrameFeatures& features = *map.keyframe(o.keyframe)->frame.features;
+      const auto& feature = PartOf<Landmark>(features)[static_cast<std::size_t>(o.index)];
+      const FactorId factor = graph_.AddFactor(model_.MakeFactor(feature),
+                                               PartOf<Landmark>(losses_), pose->second, variable);
+      factors_.push_back(Seen<Landmark>{factor, o.keyframe, landmark.id, &feature});
     }
   }
 
@@ -371,7 +388,7 @@ class BundleAdjuster::Problem {
   const BundleAdjustmentOptions options_;
   const int threads_;
   const Pose T_CB_;
-  std::shared_ptr<ceres::LossFunction> point_loss_, line_loss_;
+  const PerKind<Loss> losses_;
   FactorGraph graph_;
   std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
   std::unordered_map<KeyFrameId, Body> bodies_;
@@ -379,10 +396,9 @@ class BundleAdjuster::Problem {
   bool finds_gravity_ = false;  // for the map
   SubmapId world_ = kNoId;      // of gravity and the frames
   std::map<ReferenceFrameId, Variable<Pose>> frames_;
-  std::unordered_map<PointId, Variable<Point>> points_;
-  std::unordered_map<LineId, Variable<OrthonormalLine>> lines_;
+  PerKind<Variables> landmarks_;
   std::vector<std::shared_ptr<const FrameFeatures>> features_;  // keeps the targets of Seen alive
-  std::vector<Seen> factors_, outliers_;
+  std::vector<AnySeen> factors_, outliers_;
   std::vector<FactorId> own_;  // user factors
   BundleAdjustmentReport report_;
 };
