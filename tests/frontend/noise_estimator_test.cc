@@ -78,12 +78,12 @@ class NoiseOfAMap {
     for (std::size_t i = 0; i < view.points.size(); ++i) {
       MapPoint point;
       point.p_W = scene_.points[static_cast<std::size_t>(view.points[i])].p_W;
-      points.push_back(MakePosePoint(model_, point, features->points[i]));
+      points.push_back(MakePoseObservation(model_, point, features->points[i]));
     }
     for (std::size_t i = 0; i < view.lines.size(); ++i) {
       MapLine line;
       line.segment_W = scene_.lines[static_cast<std::size_t>(view.lines[i])].segment_W;
-      lines.push_back(MakePoseLine(model_, line, features->lines[i], T_WC).value());
+      lines.push_back(MakePoseObservation(model_, line, features->lines[i], T_WC).value());
     }
     PoseSolverOptions options;
     options.inliers = {1e9, 1e9, 1e9, 1e9};

@@ -130,7 +130,7 @@ TEST_F(TrackerTest, ALostFrameCountsNothing) {
   const TrackingResult result = tracker.Tracker::Track(frame, scene_map.map);
   ASSERT_EQ(result.frame.state, TrackingState::kLost);
   EXPECT_TRUE(result.counts.in_view.points.empty());
-  EXPECT_TRUE(result.counts.found_points.empty());
+  EXPECT_TRUE(result.counts.found.points.empty());
 }
 
 TEST_F(TrackerTest, ReferenceSharesMostLandmarks) {

@@ -50,28 +50,27 @@ std::vector<LandmarkId> Landmarks(const std::vector<std::pair<int, LandmarkId>>&
 // min_support.
 bool Solve(const MeasurementModel& model, const Map& map, const FrameFeatures& features,
            int min_support, Relocalization* found) {
-  std::vector<PosePoint> points;
-  for (const auto& [feature, id] : found->matches.points) {
-    points.push_back(
-        MakePosePoint(model, *map.Find(id), features.points[static_cast<std::size_t>(feature)]));
-  }
-  std::vector<PoseLine> lines;
-  std::erase_if(found->matches.lines, [&](const auto& match) {
-    const auto line =
-        MakePoseLine(model, *map.Find(match.second),
-                     features.lines[static_cast<std::size_t>(match.first)], found->T_WC);
-    if (line) lines.push_back(*line);
-    return !line;
+  PerKind<PoseObservations> seen;
+  ForEachKind([&]<class Landmark>() {
+    std::erase_if(PartOf<Landmark>(found->matches), [&](const auto& match) {
+      const auto& feature = PartOf<Landmark>(features)[static_cast<std::size_t>(match.first)];
+      const auto observation =
+          MakePoseObservation(model, *map.Find(match.second), feature, found->T_WC);
+      if (observation) PartOf<Landmark>(seen).push_back(*observation);
+      return !observation;
+    });
   });
   PoseSolverOptions options;
   options.min_support = min_support;
-  const auto solution = SolvePose(found->T_WC, model.projection(), points, lines, options);
+  const auto solution =
+      SolvePose(found->T_WC, model.projection(), seen.points, seen.lines, options);
   if (!solution) return false;
   found->T_WC = solution->T_WC;
-  std::size_t i = 0;
-  std::erase_if(found->matches.points, [&](const auto&) { return !solution->point_inliers[i++]; });
-  i = 0;
-  std::erase_if(found->matches.lines, [&](const auto&) { return !solution->line_inliers[i++]; });
+  ForEachKind([&]<class Landmark>() {
+    const std::vector<bool>& inliers = PoseTraits<Landmark>::Inliers(*solution);
+    std::size_t i = 0;
+    std::erase_if(PartOf<Landmark>(found->matches), [&](const auto&) { return !inliers[i++]; });
+  });
   return true;
 }
 
@@ -246,20 +245,16 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
 
   const std::vector<KeyFrameId> place =
       WithNeighbours(map, candidate, kSharedByPlace, kPlaceKeyFrames);
-  const auto own_points = Landmarks(found->matches.points);
-  const auto own_lines = Landmarks(found->matches.lines);
-  std::vector<PointId> points_in_view;
-  std::vector<LineId> lines_in_view;
-  const auto points =
-      matcher_.Match(features, found->T_WC, map, map.SeenBy<MapPoint>(place, own_points),
-                     Taken(features.points.size(), found->matches.points), &points_in_view);
-  const auto lines =
-      matcher_.Match(features, found->T_WC, map, map.SeenBy<MapLine>(place, own_lines),
-                     Taken(features.lines.size(), found->matches.lines), &lines_in_view);
-  const auto in_view = static_cast<double>(
-      Support(points_in_view.size() + own_points.size(), lines_in_view.size() + own_lines.size()));
-  found->matches.points.insert(found->matches.points.end(), points.begin(), points.end());
-  found->matches.lines.insert(found->matches.lines.end(), lines.begin(), lines.end());
+  PerKind<LandmarkIds> in_view;
+  ForEachKind([&]<class Landmark>() {
+    auto& matches = PartOf<Landmark>(found->matches);
+    auto& visible = PartOf<Landmark>(in_view);
+    const LandmarkIds<Landmark> own = Landmarks(matches);
+    const auto more = matcher_.Match(features, found->T_WC, map, map.SeenBy<Landmark>(place, own),
+                                     Taken(PartOf<Landmark>(features).size(), matches), &visible);
+    visible.insert(visible.end(), own.begin(), own.end());
+    matches.insert(matches.end(), more.begin(), more.end());
+  });
   const auto edge = [&] {
     return LoopEdge{candidate, id, map.keyframe(candidate)->T_WC.Inverse() * found->T_WC};
   };
@@ -267,10 +262,10 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
     Refuse(edge(), "support of less than " + std::to_string(options_.min_support));
     return std::nullopt;
   }
-  const int support =
-      static_cast<int>(Support(found->matches.points.size(), found->matches.lines.size()));
+  const int support = static_cast<int>(SupportOf(found->matches));
   const double own = map.keyframe(id)->found;
-  const double share = support / in_view / (own > 0.0 ? own : kUsuallyFound);
+  const double share =
+      support / static_cast<double>(SupportOf(in_view)) / (own > 0.0 ? own : kUsuallyFound);
   const double bound = map.RootOf(id) == map.RootOf(candidate)
                            ? options_.min_found
                            : options_.min_match_ratio_across_submaps;

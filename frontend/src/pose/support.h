@@ -2,6 +2,8 @@
 
 #include <cstddef>
 
+#include <highwall/frontend/map/landmark.h>
+
 namespace highwall {
 
 // Returns the support of a pose: a line counts as two points, because both of its ends are
@@ -11,6 +13,12 @@ constexpr int Support(int points, int lines) {
 }
 constexpr std::size_t Support(std::size_t points, std::size_t lines) {
   return points + 2 * lines;
+}
+
+// The same of a structure with a list of landmarks for each kind.
+template <class Holder>
+std::size_t SupportOf(const Holder& landmarks) {
+  return Support(PartOf<MapPoint>(landmarks).size(), PartOf<MapLine>(landmarks).size());
 }
 
 }  // namespace highwall

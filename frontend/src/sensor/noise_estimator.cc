@@ -119,7 +119,7 @@ void NoiseEstimator::Collect(const PointFeature& feature, const MapPoint& point,
 
 void NoiseEstimator::Collect(const LineFeature& feature, const MapLine& line, const Pose& T_WC) {
   if (!feature.segment_C) return;
-  const auto seen = MakePoseLine(model_, line, feature, T_WC);
+  const auto seen = MakePoseObservation(model_, line, feature, T_WC);
   if (!seen) return;
   const auto view = RgbdProjection::At(T_WC.data());
   Eigen::Vector2d p, q;

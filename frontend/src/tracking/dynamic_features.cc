@@ -61,7 +61,7 @@ bool DynamicFeatures::HasMoved(const TrackedFrame& rough, const Map& map,
     const MapPoint* point = map.Find(rough.tried_points[i]);
     if (point == nullptr) continue;
     if (is_on(features.points[i].uv)) {
-      judged.push_back(MakePosePoint(model_, *point, features.points[i]));
+      judged.push_back(MakePoseObservation(model_, *point, features.points[i]));
     } else if (!moves(features.points[i].uv)) {
       others.points[i] = point->id;
     }

@@ -31,8 +31,9 @@ TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC) {
   TrackedFrame tracked;
   tracked.frame = frame;
   tracked.T_WC = T_WC;
-  tracked.points.assign(frame.features->points.size(), kNoId);
-  tracked.lines.assign(frame.features->lines.size(), kNoId);
+  ForEachKind([&]<class Landmark>() {
+    PartOf<Landmark>(tracked).assign(PartOf<Landmark>(*frame.features).size(), kNoId);
+  });
   return tracked;
 }
 
@@ -40,37 +41,35 @@ LandmarkObservations LandmarksSeen(const MeasurementModel& model, const Map& map
                                    TrackedFrame& tracked) {
   const FrameFeatures& features = *tracked.frame.features;
   LandmarkObservations seen;
-  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
-    const MapPoint* point = map.Find(tracked.points[i]);
-    if (point == nullptr) {
-      tracked.points[i] = kNoId;
-      continue;
+  ForEachKind([&]<class Landmark>() {
+    LandmarkIds<Landmark>& landmarks = PartOf<Landmark>(tracked);
+    for (std::size_t i = 0; i < landmarks.size(); ++i) {
+      const Landmark* const landmark = map.Find(landmarks[i]);
+      std::optional<typename PoseTraits<Landmark>::Observation> observation;
+      if (landmark != nullptr) {
+        observation =
+            MakePoseObservation(model, *landmark, PartOf<Landmark>(features)[i], tracked.T_WC);
+      }
+      if (!observation) {
+        landmarks[i] = kNoId;
+        continue;
+      }
+      PartOf<Landmark>(seen).push_back(*observation);
+      PartOf<Landmark>(seen.features).push_back(i);
     }
-    seen.points.push_back(MakePosePoint(model, *point, features.points[i]));
-    seen.point_features.push_back(i);
-  }
-  for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
-    const MapLine* line = map.Find(tracked.lines[i]);
-    std::optional<PoseLine> pose_line;
-    if (line != nullptr) pose_line = MakePoseLine(model, *line, features.lines[i], tracked.T_WC);
-    if (!pose_line) {
-      tracked.lines[i] = kNoId;
-      continue;
-    }
-    seen.lines.push_back(*pose_line);
-    seen.line_features.push_back(i);
-  }
+  });
   return seen;
 }
 
 void TakePose(const LandmarkObservations& seen, const PoseSolution& solution,
               const DegeneracyOptions& degeneracy, TrackedFrame* tracked) {
-  for (std::size_t i = 0; i < seen.points.size(); ++i) {
-    if (!solution.point_inliers[i]) tracked->points[seen.point_features[i]] = kNoId;
-  }
-  for (std::size_t i = 0; i < seen.lines.size(); ++i) {
-    if (!solution.line_inliers[i]) tracked->lines[seen.line_features[i]] = kNoId;
-  }
+  ForEachKind([&]<class Landmark>() {
+    const std::vector<bool>& inliers = PoseTraits<Landmark>::Inliers(solution);
+    const std::vector<std::size_t>& indices = PartOf<Landmark>(seen.features);
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      if (!inliers[i]) PartOf<Landmark>(*tracked)[indices[i]] = kNoId;
+    }
+  });
   tracked->T_WC = solution.T_WC;
   tracked->num_points = solution.num_points;
   tracked->num_lines = solution.num_lines;
@@ -82,42 +81,36 @@ void TakePose(const LandmarkObservations& seen, const PoseSolution& solution,
       FindUnobservableDirections(solution.information, solution.T_WC, solution.depth, degeneracy);
 }
 
-LandmarksInView MatchAround(const MapMatcher& matcher, const Map& map, int most,
-                            TrackedFrame* tracked) {
+PerKind<LandmarkIds> MatchAround(const MapMatcher& matcher, const Map& map, int most,
+                                 TrackedFrame* tracked) {
   std::vector<KeyFrameId> local;
   for (const auto& [id, shared] : map.Observers(*tracked)) {
     if (static_cast<int>(local.size()) == most) break;
     local.push_back(id);
   }
   const FrameFeatures& features = *tracked->frame.features;
-  const auto points = map.SeenBy<MapPoint>(local, tracked->points);
-  const auto lines = map.SeenBy<MapLine>(local, tracked->lines);
-  const std::vector<PointId> first_points = tracked->points;
-  const std::vector<LineId> first_lines = tracked->lines;
-  LandmarksInView in_view;
-  Apply(
-      matcher.Match(features, tracked->T_WC, map, points, Taken(tracked->points), &in_view.points),
-      tracked->points);
-  Apply(matcher.Match(features, tracked->T_WC, map, lines, Taken(tracked->lines), &in_view.lines),
-        tracked->lines);
-  AppendMatched(first_points, &in_view.points);
-  AppendMatched(first_lines, &in_view.lines);
+  PerKind<LandmarkIds> in_view;
+  ForEachKind([&]<class Landmark>() {
+    LandmarkIds<Landmark>& landmarks = PartOf<Landmark>(*tracked);
+    LandmarkIds<Landmark>& visible = PartOf<Landmark>(in_view);
+    const LandmarkIds<Landmark> first = landmarks;
+    Apply(matcher.Match(features, tracked->T_WC, map, map.SeenBy<Landmark>(local, landmarks),
+                        Taken(landmarks), &visible),
+          landmarks);
+    AppendMatched(first, &visible);
+  });
   return in_view;
 }
 
 void LandmarkCounts::AddTo(Map* map) const {
-  for (const PointId id : in_view.points) {
-    if (MapPoint* point = map->Find(id)) ++point->visible;
-  }
-  for (const LineId id : in_view.lines) {
-    if (MapLine* line = map->Find(id)) ++line->visible;
-  }
-  for (const PointId id : found_points) {
-    if (MapPoint* point = map->Find(id)) ++point->found;
-  }
-  for (const LineId id : found_lines) {
-    if (MapLine* line = map->Find(id)) ++line->found;
-  }
+  ForEachKind([&]<class Landmark>() {
+    for (const Id<Landmark> id : PartOf<Landmark>(in_view)) {
+      if (Landmark* const landmark = map->Find(id)) ++landmark->visible;
+    }
+    for (const Id<Landmark> id : PartOf<Landmark>(found)) {
+      if (Landmark* const landmark = map->Find(id)) ++landmark->found;
+    }
+  });
 }
 
 }  // namespace highwall

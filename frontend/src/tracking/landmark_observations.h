@@ -39,10 +39,10 @@ int MatchedSupport(const std::vector<PointId>& points, const std::vector<LineId>
 TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC);
 
 // Observations of the landmarks matched with a frame, and the features they belong to.
-struct LandmarkObservations {
-  std::vector<PosePoint> points;
-  std::vector<PoseLine> lines;
-  std::vector<std::size_t> point_features, line_features;
+struct LandmarkObservations : PerKind<PoseObservations> {
+  template <class Landmark>
+  using Indices = std::vector<std::size_t>;
+  PerKind<Indices> features;
 };
 
 // Collects the observations. Unmatches landmarks that are no longer in the map or not in front of
@@ -55,20 +55,16 @@ void TakePose(const LandmarkObservations& seen, const PoseSolution& solution,
               const DegeneracyOptions& degeneracy, TrackedFrame* tracked);
 
 // Matches a partly matched frame with all landmarks of the keyframes that share most landmarks with
-// it, at most `most` keyframes.
-struct LandmarksInView {
-  std::vector<PointId> points;  // predicted to be visible from its pose, matched or not
-  std::vector<LineId> lines;
-};
-LandmarksInView MatchAround(const MapMatcher& matcher, const Map& map, int most,
-                            TrackedFrame* tracked);
+// it, at most `most` keyframes. Returns the landmarks predicted to be visible from its pose,
+// matched or not.
+PerKind<LandmarkIds> MatchAround(const MapMatcher& matcher, const Map& map, int most,
+                                 TrackedFrame* tracked);
 
 // The landmarks that a frame should have observed, and those that it did (MapPoint::visible,
 // MapPoint::found).
 struct LandmarkCounts {
-  LandmarksInView in_view;
-  std::vector<PointId> found_points;  // per feature, kNoId where unmatched
-  std::vector<LineId> found_lines;
+  PerKind<LandmarkIds> in_view;
+  PerKind<LandmarkIds> found;  // per feature, kNoId where unmatched
 
   // Counts them in the map.
   void AddTo(Map* map) const;

@@ -11,7 +11,7 @@ namespace highwall {
 // A frame matched with the local map, and the landmarks predicted to be visible from its pose.
 struct LocalMatch {
   TrackedFrame frame;
-  LandmarksInView in_view{};
+  PerKind<LandmarkIds> in_view{};
 
   int Support() const { return highwall::Support(frame.num_points, frame.num_lines); }
   std::size_t SupportInView() const {

@@ -102,7 +102,7 @@ int CountInliers(const Pose& T_WC, const std::vector<LinePair>& lines,
                  const MeasurementModel& model) {
   const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
   return static_cast<int>(std::count_if(lines.begin(), lines.end(), [&](const LinePair& pair) {
-    const auto line = MakePoseLine(model, *pair.line, *pair.seen, T_WC);
+    const auto line = MakePoseObservation(model, *pair.line, *pair.seen, T_WC);
     return line && FitsLine(view, *line, model.projection());
   }));
 }
@@ -148,7 +148,7 @@ void SelectLines(const std::vector<LinePair>& pairs, const Pose& T_WC,
                  const MeasurementModel& model, bool fitting_only, Selection* selection) {
   const RgbdProjection::View view = RgbdProjection::At(T_WC.data());
   for (const LinePair& pair : pairs) {
-    const auto line = MakePoseLine(model, *pair.line, *pair.seen, T_WC);
+    const auto line = MakePoseObservation(model, *pair.line, *pair.seen, T_WC);
     if (!line || (fitting_only && !FitsLine(view, *line, model.projection()))) continue;
     selection->lines.push_back(*line);
     selection->line_matches.emplace_back(pair.feature, pair.line->id);
@@ -251,7 +251,7 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
     Pair pair{match.query, point->id, point->p_W, std::nullopt};
     if (feature.depth > 0.0) pair.p_C = model_.camera().Unproject(feature.uv, feature.depth);
     pairs.push_back(pair);
-    points.push_back(MakePosePoint(model_, *point, feature));
+    points.push_back(MakePoseObservation(model_, *point, feature));
   }
   if (static_cast<int>(pairs.size()) < options_.min_matches) return std::nullopt;
   const auto lines = PairLines(features, map, keyframe, model_.options().line_matches);

@@ -67,7 +67,7 @@ TrackingResult Tracker::Track(const Frame& seen, const Map& map,
   }
   LocalMatch& match = *search.best;
   TrackedFrame& tracked = match.frame;
-  TrackingResult result{.counts = {std::move(match.in_view), tracked.points, tracked.lines}};
+  TrackingResult result{.counts = {std::move(match.in_view), {tracked.points, tracked.lines}}};
   if (was_tracking && !tracked.relocalized) {
     result.motion =
         UpdateMotion(search.prediction_rejected ? query.WithoutPrediction() : query, &match);
