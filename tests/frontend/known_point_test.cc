@@ -16,7 +16,7 @@ using testing::MappedPlace;
 constexpr double kAnything = 1e9;  // [sigma] no outlier
 
 // Returns half the sum of squares of the keyframes' observations, with the point at p_W.
-double CostOfViews(const SeenPoint& seen, const MeasurementModel& model,
+double CostOfViews(const SeenLandmark<MapPoint>& seen, const MeasurementModel& model,
                    const Eigen::Vector3d& p_W) {
   double cost = 0.0;
   for (const auto& [T_WC, feature] : seen.views) cost += 0.5 * model.Chi2(*feature, T_WC, p_W);
@@ -27,9 +27,9 @@ double CostOf(const PointInFrame& known, const Eigen::Vector3d& p_W) {
   return 0.5 * (known.sqrt_information() * (p_W - known.p_F())).squaredNorm();
 }
 
-std::vector<SeenPoint> SeenByTwoOrMore(const SeenLandmarks& all) {
-  std::vector<SeenPoint> seen;
-  for (const SeenPoint& one : all.points) {
+std::vector<SeenLandmark<MapPoint>> SeenByTwoOrMore(const SeenLandmarks& all) {
+  std::vector<SeenLandmark<MapPoint>> seen;
+  for (const SeenLandmark<MapPoint>& one : all.points) {
     if (one.views.size() >= 2) seen.push_back(one);
   }
   EXPECT_GE(seen.size(), 20U);
@@ -40,10 +40,10 @@ TEST(KnownPoint, HasTheSameCostAsItsViews) {
   MappedPlace place({});
   const MeasurementModel model = place.model();
   const SeenLandmarks all = place.See(testing::kStart);
-  const std::vector<SeenPoint> seen = SeenByTwoOrMore(all);
-  for (const SeenPoint& one : seen) {
+  const std::vector<SeenLandmark<MapPoint>> seen = SeenByTwoOrMore(all);
+  for (const SeenLandmark<MapPoint>& one : seen) {
     const auto known = KnownPoint(one, Pose(), model, kAnything);
-    const Eigen::Vector3d& p = one.p_W;
+    const Eigen::Vector3d& p = one.geometry_W;
     const Eigen::Vector3d step(5e-4, -5e-4, 5e-4);  // [m] a fraction of the uncertainty
     const double views = CostOfViews(one, model, p + step) - CostOfViews(one, model, p - step);
     const double factor = CostOf(*known, p + step) - CostOf(*known, p - step);
@@ -55,9 +55,9 @@ TEST(KnownPoint, HasTheSameCostAsItsViews) {
 TEST(KnownPoint, LiesWhereTheViewsAgree) {
   MappedPlace place({}, 0.0);
   const SeenLandmarks all = place.See(testing::kStart);
-  for (SeenPoint one : SeenByTwoOrMore(all)) {
-    const Eigen::Vector3d truth = one.p_W;
-    one.p_W += Eigen::Vector3d(2e-3, 1e-3, -2e-3);
+  for (SeenLandmark<MapPoint> one : SeenByTwoOrMore(all)) {
+    const Eigen::Vector3d truth = one.geometry_W;
+    one.geometry_W += Eigen::Vector3d(2e-3, 1e-3, -2e-3);
     // One step of Gauss-Newton leaves the square of a relative error of a thousandth.
     EXPECT_LT((KnownPoint(one, Pose(), place.model(), kAnything)->p_F() - truth).norm(), 3e-5);
   }
@@ -67,11 +67,11 @@ TEST(KnownPoint, MovesWithTheMap) {
   MappedPlace place({});
   const SeenLandmarks all = place.See(testing::kStart);
   const Pose T_WM = Pose::FromTangent({1, -2, 3}, {0.1, 0.5, -0.3});
-  for (const SeenPoint& one : SeenByTwoOrMore(all)) {
+  for (const SeenLandmark<MapPoint>& one : SeenByTwoOrMore(all)) {
     const auto here = KnownPoint(one, Pose(), place.model(), kAnything);
     const auto there = KnownPoint(one, T_WM, place.model(), kAnything);
     EXPECT_LT((T_WM * here->p_F() - there->p_F()).norm(), 1e-8);
-    const Eigen::Vector3d probe = one.p_W + Eigen::Vector3d(0.01, 0.02, 0.03);
+    const Eigen::Vector3d probe = one.geometry_W + Eigen::Vector3d(0.01, 0.02, 0.03);
     EXPECT_NEAR(CostOf(*here, probe), CostOf(*there, T_WM * probe),
                 1e-6 * (1.0 + CostOf(*here, probe)));
   }
@@ -80,32 +80,32 @@ TEST(KnownPoint, MovesWithTheMap) {
 TEST(KnownPoint, OfOneViewWithoutDepthTheRayStaysOpen) {
   MappedPlace place({}, 0.0);
   const SeenLandmarks all = place.See(testing::kStart);
-  const std::vector<SeenPoint> seen = SeenByTwoOrMore(all);
+  const std::vector<SeenLandmark<MapPoint>> seen = SeenByTwoOrMore(all);
   ASSERT_FALSE(seen.empty());
-  SeenPoint one = seen.front();
+  SeenLandmark<MapPoint> one = seen.front();
   PointFeature flat = *one.views.front().feature;
   flat.depth = 0.0;
   one.views = {{one.views.front().T_WC, &flat}};
-  const Eigen::Vector3d ray = (one.p_W - one.views.front().T_WC.p()).normalized();
+  const Eigen::Vector3d ray = (one.geometry_W - one.views.front().T_WC.p()).normalized();
   const auto known = KnownPoint(one, Pose(), place.model(), kAnything);
   const Eigen::Matrix3d W = known->sqrt_information();
   EXPECT_GT(W.norm(), 10.0);                     // [1/m]
   EXPECT_LT((W * ray).norm(), 1e-6 * W.norm());  // rounding of the unobservable direction
-  EXPECT_LT((known->p_F() - one.p_W).norm(), 1e-5);
+  EXPECT_LT((known->p_F() - one.geometry_W).norm(), 1e-5);
 }
 
 TEST(KnownPoint, AnOutlierWeighsLittle) {
   MappedPlace place({}, 0.0);
   const SeenLandmarks all = place.See(testing::kStart);
-  std::vector<SeenPoint> seen = SeenByTwoOrMore(all);
-  std::erase_if(seen, [](const SeenPoint& one) { return one.views.size() < 4; });
+  std::vector<SeenLandmark<MapPoint>> seen = SeenByTwoOrMore(all);
+  std::erase_if(seen, [](const SeenLandmark<MapPoint>& one) { return one.views.size() < 4; });
   ASSERT_FALSE(seen.empty());
-  SeenPoint one = seen.front();
+  SeenLandmark<MapPoint> one = seen.front();
   PointFeature wrong = *one.views.front().feature;
   wrong.uv.x() += 30.0;  // [px]
   one.views.front().feature = &wrong;
   const auto off = [&](double huber) {
-    return (KnownPoint(one, Pose(), place.model(), huber)->p_F() - one.p_W).norm();
+    return (KnownPoint(one, Pose(), place.model(), huber)->p_F() - one.geometry_W).norm();
   };
   EXPECT_LT(off(2.8), 0.2 * off(kAnything));
 }

@@ -61,7 +61,7 @@ class MappedPlace {
       points.push_back(map_.point_ids[static_cast<std::size_t>(i)]);
     std::vector<LineId> lines;
     for (const int i : latest_.lines) lines.push_back(map_.line_ids[static_cast<std::size_t>(i)]);
-    return FindSeen(map_.map, latest_.features, points, lines, 1.0);
+    return FindSeen(map_.map, latest_.features, {points, lines}, 1.0);
   }
 
  private:

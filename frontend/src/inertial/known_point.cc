@@ -12,9 +12,9 @@ constexpr double kOpen = 1e-9;
 
 }  // namespace
 
-std::unique_ptr<PointInFrame> KnownPoint(const SeenPoint& seen, const Pose& T_WM,
+std::unique_ptr<PointInFrame> KnownPoint(const SeenLandmark<MapPoint>& seen, const Pose& T_WM,
                                          const MeasurementModel& model, double huber) {
-  const Eigen::Vector3d p_W = T_WM * seen.p_W;
+  const Eigen::Vector3d p_W = T_WM * seen.geometry_W;
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   Eigen::Vector3d g = Eigen::Vector3d::Zero();
   for (const auto& [T_MC, feature] : seen.views) {

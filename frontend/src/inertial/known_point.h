@@ -12,7 +12,7 @@ namespace highwall {
 // Returns the observations of a point by the map's keyframes as one Gaussian of its position in W:
 // their rows linearized at the map's position, outliers down-weighted as by a Huber loss of that
 // width [sigma]. T_WM: pose of the map's world. Unobservable directions remain unconstrained.
-std::unique_ptr<PointInFrame> KnownPoint(const SeenPoint& seen, const Pose& T_WM,
+std::unique_ptr<PointInFrame> KnownPoint(const SeenLandmark<MapPoint>& seen, const Pose& T_WM,
                                          const MeasurementModel& model, double huber);
 
 }  // namespace highwall

@@ -43,14 +43,6 @@ SlidingWindowOptions SmootherOptions(const InertialOptions& options,
   return smoother;
 }
 
-Point Placed(const Pose& T_VM, const SeenPoint& seen) {
-  return Point(T_VM * seen.p_W);
-}
-OrthonormalLine Placed(const Pose& T_VM, const SeenLine& seen) {
-  return OrthonormalLine(
-      PluckerLine::FromPoints(T_VM * seen.segment_W.p(), T_VM * seen.segment_W.q()));
-}
-
 }  // namespace
 
 std::optional<VisualInertialWindow> VisualInertialWindow::Make(const ImuCalibration& calibration,
@@ -146,14 +138,16 @@ std::string VisualInertialWindow::TryAdd(const Step& step, const std::stop_token
   AddImuFactor(last_, after, step);
   if (step.seen != nullptr) {
     const ImageObservation observation{step, after, LossOf(*step.seen)};
-    Observe(observation, step.seen->points, options_.tight.max_points, &points_);
-    Observe(observation, step.seen->lines, options_.tight.max_lines, &lines_);
+    Observe<MapPoint>(observation, options_.tight.max_points);
+    Observe<MapLine>(observation, options_.tight.max_lines);
   }
   const State before = std::exchange(last_, after);
   const UpdateReport report = smoother_.Update(QueriedVariables());
   // Landmarks that were marginalized, and those of a rejected step.
-  std::erase_if(points_, [&](const auto& known) { return !smoother_.Contains(known.second); });
-  std::erase_if(lines_, [&](const auto& known) { return !smoother_.Contains(known.second); });
+  ForEachKind([&]<class Landmark>() {
+    std::erase_if(PartOf<Landmark>(landmarks_),
+                  [&](const auto& known) { return !smoother_.Contains(known.second); });
+  });
   if (!report.accepted) {
     last_ = before;
     return report.message.empty() ? "the update was rejected" : report.message;
@@ -181,15 +175,14 @@ std::shared_ptr<ceres::LossFunction> VisualInertialWindow::LossOf(const SeenLand
                                              1.0 / variance, ceres::TAKE_OWNERSHIP);
 }
 
-// most: maximum number of landmarks of one image.
-template <class Seen, class Landmark>
-void VisualInertialWindow::Observe(const ImageObservation& observation,
-                                   const std::vector<Seen>& seen, int most,
-                                   std::map<decltype(Seen::id), Variable<Landmark>>* known) {
+template <class Landmark>
+void VisualInertialWindow::Observe(const ImageObservation& observation, int most) {
+  using Seen = SeenLandmark<Landmark>;
+  Variables<Landmark>& known = PartOf<Landmark>(landmarks_);
   std::vector<const Seen*> fresh;
-  for (const Seen& one : seen) {
-    const auto found = known->find(one.id);
-    if (found == known->end()) {
+  for (const Seen& one : PartOf<Landmark>(*observation.step.seen)) {
+    const auto found = known.find(one.id);
+    if (found == known.end()) {
       fresh.push_back(&one);
     } else {
       AddObservation(observation, one, found->second);
@@ -202,22 +195,24 @@ void VisualInertialWindow::Observe(const ImageObservation& observation,
   fresh.resize(std::min(fresh.size(), static_cast<std::size_t>(std::max(most, 0))));
   const Pose T_VM = smoother_.Value(observation.state.T_VW) * observation.step.T_WM;
   for (const Seen* one : fresh) {
-    const Variable<Landmark> landmark = smoother_.AddLandmark(Placed(T_VM, *one));
-    known->emplace(one->id, landmark);
+    const VariableOf<Landmark> landmark =
+        smoother_.AddLandmark(LandmarkTraits<Landmark>::VariableAt(T_VM * one->geometry_W));
+    known.emplace(one->id, landmark);
     AddMapObservation(observation, *one, landmark);
     AddObservation(observation, *one, landmark);
   }
 }
 
 void VisualInertialWindow::AddMapObservation(const ImageObservation& observation,
-                                             const SeenPoint& seen, const Variable<Point>& point) {
+                                             const SeenLandmark<MapPoint>& seen,
+                                             const Variable<Point>& point) {
   smoother_.AddFactor(KnownPoint(seen, observation.step.T_WM, model_, kHuber),
                       observation.state.T_VW, point);
 }
 
 // The map is treated as a body that carries the keyframes' cameras.
 void VisualInertialWindow::AddMapObservation(const ImageObservation& observation,
-                                             const SeenLine& seen,
+                                             const SeenLandmark<MapLine>& seen,
                                              const Variable<OrthonormalLine>& line) {
   for (const auto& [T_MC, feature] : seen.views) {
     smoother_.AddFactorToBlocks(model_.MakeFactor(*feature, observation.step.T_WM * T_MC),
@@ -225,8 +220,9 @@ void VisualInertialWindow::AddMapObservation(const ImageObservation& observation
   }
 }
 
-template <class Seen>
-void VisualInertialWindow::AddObservation(const ImageObservation& observation, const Seen& seen,
+template <class Landmark>
+void VisualInertialWindow::AddObservation(const ImageObservation& observation,
+                                          const SeenLandmark<Landmark>& seen,
                                           const VariableId& landmark) {
   std::vector<VariableId> on = {observation.state.pose, landmark};
   std::shared_ptr<ceres::CostFunction> factor = model_.MakeFactor(*seen.feature);

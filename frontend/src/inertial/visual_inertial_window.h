@@ -96,16 +96,21 @@ class VisualInertialWindow {
   bool AddPrior(const InertialPrior& prior);
   void AddImuFactor(const State& before, const State& after, const Step& step);
   std::shared_ptr<ceres::LossFunction> LossOf(const SeenLandmarks& seen) const;
-  template <class Seen, class Landmark>
-  void Observe(const ImageObservation& observation, const std::vector<Seen>& seen, int most,
-               std::map<decltype(Seen::id), Variable<Landmark>>* known);
+  template <class Landmark>
+  using VariableOf = Variable<typename LandmarkTraits<Landmark>::VariableType>;
+  template <class Landmark>
+  using Variables = std::map<Id<Landmark>, VariableOf<Landmark>>;
+
+  // Adds the observations of one kind. most: maximum number of landmarks of one image.
+  template <class Landmark>
+  void Observe(const ImageObservation& observation, int most);
   // Adds the observations of a landmark by keyframes.
-  void AddMapObservation(const ImageObservation& observation, const SeenPoint& seen,
+  void AddMapObservation(const ImageObservation& observation, const SeenLandmark<MapPoint>& seen,
                          const Variable<Point>& point);
-  void AddMapObservation(const ImageObservation& observation, const SeenLine& seen,
+  void AddMapObservation(const ImageObservation& observation, const SeenLandmark<MapLine>& seen,
                          const Variable<OrthonormalLine>& line);
-  template <class Seen>
-  void AddObservation(const ImageObservation& observation, const Seen& seen,
+  template <class Landmark>
+  void AddObservation(const ImageObservation& observation, const SeenLandmark<Landmark>& seen,
                       const VariableId& landmark);
   void ReadNewest(Stamp stamp);
   // Returns the variables, mainly of the newest state, whose covariance is read.
@@ -120,8 +125,7 @@ class VisualInertialWindow {
   Variable<double> time_offset_;
   std::optional<Variable<Pose>> T_BC_;  // if it is an unknown
   State last_;
-  std::map<PointId, Variable<Point>> points_;
-  std::map<LineId, Variable<OrthonormalLine>> lines_;
+  PerKind<Variables> landmarks_;
   std::shared_ptr<ceres::LossFunction> map_loss_;  // for observations by keyframes
   InertialEstimate newest_V_, newest_;             // in V, in W
   UnitDirection gravity_W_;

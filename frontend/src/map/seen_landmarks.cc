@@ -15,16 +15,15 @@ class Finder {
  public:
   explicit Finder(const Map& map) : map_(map) {}
 
-  // Returns the latest observations. of_kind: the features of a keyframe.
-  template <class Feature>
-  std::vector<MapView<Feature>> LatestViews(const std::vector<Observation>& observations,
-                                            std::vector<Feature> FrameFeatures::*of_kind) {
-    std::vector<MapView<Feature>> views;
+  // Returns the latest observations.
+  template <class Landmark>
+  auto LatestViews(const std::vector<Observation>& observations) {
+    std::vector<MapView<typename LandmarkTraits<Landmark>::Feature>> views;
     for (std::size_t i = observations.size(); i-- > 0 && views.size() < kMostViews;) {
       const KeyFrame* keyframe = map_.keyframe(observations[i].keyframe);
       if (keyframe == nullptr) continue;
       if (known_.insert(keyframe->id).second) kept_.push_back(keyframe->frame.features);
-      const std::vector<Feature>& features = (*keyframe->frame.features).*of_kind;
+      const auto& features = PartOf<Landmark>(*keyframe->frame.features);
       views.push_back({keyframe->T_WC, &features[static_cast<std::size_t>(observations[i].index)]});
     }
     return views;
@@ -40,23 +39,20 @@ class Finder {
 }  // namespace
 
 SeenLandmarks FindSeen(const Map& map, const std::shared_ptr<const FrameFeatures>& features,
-                       std::span<const PointId> points, std::span<const LineId> lines,
-                       double error) {
+                       const PerKind<LandmarkSpan>& matched, double error) {
   SeenLandmarks seen;
   seen.error = error;
   Finder finder(map);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const MapPoint* point = map.Find(points[i]);
-    if (point == nullptr) continue;
-    seen.points.push_back({point->id, point->p_W, &features->points[i],
-                           finder.LatestViews(point->observations, &FrameFeatures::points)});
-  }
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    const MapLine* line = map.Find(lines[i]);
-    if (line == nullptr) continue;
-    seen.lines.push_back({line->id, line->segment_W, &features->lines[i],
-                          finder.LatestViews(line->observations, &FrameFeatures::lines)});
-  }
+  ForEachKind([&]<class Landmark>() {
+    const LandmarkSpan<Landmark>& ids = PartOf<Landmark>(matched);
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      const Landmark* const landmark = map.Find(ids[i]);
+      if (landmark == nullptr) continue;
+      PartOf<Landmark>(seen).push_back(
+          {landmark->id, LandmarkTraits<Landmark>::PositionOf(*landmark),
+           &PartOf<Landmark>(*features)[i], finder.LatestViews<Landmark>(landmark->observations)});
+    }
+  });
   seen.features = finder.TakeFeatures();
   seen.features.push_back(features);
   return seen;

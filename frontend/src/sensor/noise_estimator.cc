@@ -167,16 +167,14 @@ void NoiseEstimator::Add(const Map& map, std::span<const KeyFrameId> keyframes) 
   for (const KeyFrameId id : keyframes) {
     const KeyFrame& keyframe = *map.keyframe(id);
     const FrameFeatures& features = *keyframe.frame.features;
-    for (std::size_t i = 0; i < keyframe.points.size(); ++i) {
-      const MapPoint* point = map.Find(keyframe.points[i]);
-      if (point == nullptr || point->observations.size() < kMinViews) continue;
-      Collect(features.points[i], *point, keyframe.T_WC);
-    }
-    for (std::size_t i = 0; i < keyframe.lines.size(); ++i) {
-      const MapLine* line = map.Find(keyframe.lines[i]);
-      if (line == nullptr || line->observations.size() < kMinViews) continue;
-      Collect(features.lines[i], *line, keyframe.T_WC);
-    }
+    ForEachKind([&]<class Landmark>() {
+      const LandmarkIds<Landmark>& ids = PartOf<Landmark>(keyframe);
+      for (std::size_t i = 0; i < ids.size(); ++i) {
+        const Landmark* const landmark = map.Find(ids[i]);
+        if (landmark == nullptr || landmark->observations.size() < kMinViews) continue;
+        Collect(PartOf<Landmark>(features)[i], *landmark, keyframe.T_WC);
+      }
+    });
   }
   for (Group& group : groups_) Update(&group);
 }

@@ -4,9 +4,6 @@
 #include <span>
 #include <vector>
 
-#include <Eigen/Core>
-
-#include <highwall/core/line3.h>
 #include <highwall/core/pose.h>
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/map.h>
@@ -21,33 +18,32 @@ struct MapView {
   const Feature* feature = nullptr;
 };
 
-// A point observed by an image, and its observations by the latest keyframes of the map.
-struct SeenPoint {
-  PointId id = kNoId;
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
-  const PointFeature* feature = nullptr;
-  std::vector<MapView<PointFeature>> views;
+// A landmark observed by an image, and its observations by the latest keyframes of the map.
+template <class Landmark>
+struct SeenLandmark {
+  using Traits = LandmarkTraits<Landmark>;
+
+  Id<Landmark> id = kNoId;
+  typename Traits::Geometry geometry_W;
+  const typename Traits::Feature* feature = nullptr;
+  std::vector<MapView<typename Traits::Feature>> views;
 };
-// A line observed by an image, and its observations by the latest keyframes of the map.
-struct SeenLine {
-  LineId id = kNoId;
-  Segment3 segment_W;
-  const LineFeature* feature = nullptr;
-  std::vector<MapView<LineFeature>> views;
-};
+// Those of one kind.
+template <class Landmark>
+using SeenOfKind = std::vector<SeenLandmark<Landmark>>;
 
 // The landmarks of the map observed by an image.
-struct SeenLandmarks {
+struct SeenLandmarks : PerKind<SeenOfKind> {
   std::vector<std::shared_ptr<const FrameFeatures>> features;  // owners of the features pointed to
-  std::vector<SeenPoint> points;
-  std::vector<SeenLine> lines;
   double error = 1.0;  // |r|^2 per degree of freedom over all observations at the pose of the image
 };
 
-// Returns the landmarks that an image observes. points, lines: those of the features, kNoId if
-// unmatched; as in TrackedFrame.
+// Ids of one kind that another object owns.
+template <class Landmark>
+using LandmarkSpan = std::span<const Id<Landmark>>;
+// Returns the landmarks that an image observes. matched: those of the features, kNoId if unmatched,
+// as in TrackedFrame.
 SeenLandmarks FindSeen(const Map& map, const std::shared_ptr<const FrameFeatures>& features,
-                       std::span<const PointId> points, std::span<const LineId> lines,
-                       double error);
+                       const PerKind<LandmarkSpan>& matched, double error);
 
 }  // namespace highwall
