@@ -2,6 +2,7 @@
 
 #include <highwall/frontend/calibration/option_table.h>
 #include <highwall/frontend/inertial/option_table.h>
+#include <highwall/frontend/local/option_table.h>
 #include <highwall/frontend/loops/option_table.h>
 #include <highwall/frontend/system/slam_system.h>
 #include <highwall/frontend/tracking/option_table.h>
