@@ -28,7 +28,7 @@
 namespace highwall::bench {
 namespace {
 
-constexpr double kRatio = 0.8;  // as in RelocalizerOptions
+constexpr double kRatio = 0.8;  // as in Relocalizer
 constexpr double kRight = 3.0;  // [px] maximum error of a correct match
 constexpr double kSeconds = 20.0;
 

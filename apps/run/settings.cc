@@ -98,7 +98,7 @@ void ForEachSetting(Options& options, const Visit& visit, const std::string& gro
   });
 }
 
-// Also compares the part after each dot: "rounds" matches "tracker.pose.rounds".
+// Also compares the part after each dot: "max_sigma" matches "tracker.degeneracy.max_sigma".
 std::string WhichIsMeant(const std::string& path) {
   std::vector<std::string> known;
   const SlamOptions options;

@@ -9,7 +9,7 @@
 namespace highwall::apps {
 
 // Every option of SlamOptions is a setting, addressed by the path of its names, such as
-// "tracker.pose.rounds".
+// "tracker.moving.enabled".
 
 // setting: "path=value". Throws InvalidArgument for an unknown path, suggesting a similar one, and
 // for a value of another type; CheckSettings() checks the range.

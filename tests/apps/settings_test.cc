@@ -103,9 +103,9 @@ TEST_F(SettingsTest, TheFileSaysUnitsAndRanges) {
 }
 
 TEST_F(SettingsTest, AFileNeedNotSayAll) {
-  const SlamOptions options = Read("tracker: {min_support: 31, pose: {rounds: 4}}\n");
+  const SlamOptions options = Read("tracker: {min_support: 31, degeneracy: {max_sigma: 0.04}}\n");
   EXPECT_EQ(options.tracker.min_support, 31);
-  EXPECT_EQ(options.tracker.pose.rounds, 4);
+  EXPECT_EQ(options.tracker.degeneracy.max_sigma, 0.04);
   EXPECT_EQ(ChangedSettings(options).size(), 2u);
 }
 
@@ -154,8 +154,8 @@ TEST_F(SettingsTest, ASettingIsRefusedInItsWords) {
             "must be NAME=VALUE, such as tracker.min_support=25, is tracker.min_support");
   EXPECT_EQ(RefusalOf("tracker.min_suport=7"),
             "there is no setting tracker.min_suport; did you mean 'tracker.min_support'?");
-  EXPECT_EQ(RefusalOf("rounds=7"),
-            "there is no setting rounds; did you mean 'tracker.pose.rounds'?");
+  EXPECT_EQ(RefusalOf("max_sigma=7"),
+            "there is no setting max_sigma; did you mean 'tracker.degeneracy.max_sigma'?");
   EXPECT_EQ(RefusalOf("elephants=7"), "there is no setting elephants");
   EXPECT_EQ(RefusalOf("frame.orb=7"),
             "there is no setting frame.orb; did you mean 'frame.orb.features'?");

@@ -22,9 +22,9 @@ const Pose kReference = Pose::FromTangent({0.2, 0.1, -0.1}, {0.02, 0.05, -0.03})
 const Pose kTruth = kReference * Pose::FromTangent({0.08, -0.06, 0.05}, {0.04, -0.06, 0.03});
 
 std::optional<PoseConstraint> Align(const FrameFeatures& reference, const FrameFeatures& features,
-                                    const DirectAlignmentOptions& options = {}) {
+                                    double min_correlation = kMinGreyCorrelation) {
   const auto aligned =
-      DirectAligner(kGrid, kNoise, {}, options)
+      DirectAligner(kGrid, kNoise, min_correlation)
           .Align(reference, reference.depth_grid, kReference, features, kReference);
   return aligned ? std::optional(aligned->pose) : std::nullopt;
 }
@@ -57,7 +57,7 @@ TEST(DirectAligner, RefusesAnAlignmentWithAnUnobservableDirection) {
   // The images have almost no texture: motion along the wall is not observable.
   const testing::Light plain{.contrast = 0.005};
   EXPECT_FALSE(Align(testing::SeeGrids(kWall, kReference, plain),
-                     testing::SeeGrids(kWall, kTruth, plain), {.min_correlation = 0.0}));
+                     testing::SeeGrids(kWall, kTruth, plain), 0.0));
 }
 
 TEST(DirectAligner, RefusesAnotherPlaceOfTheSameShape) {
@@ -67,7 +67,7 @@ TEST(DirectAligner, RefusesAnotherPlaceOfTheSameShape) {
 
 TEST(DirectAligner, RefusesAViewWithLittleOverlap) {
   const Pose away = kReference * Pose::FromTangent({0, 0, 0}, {0, 0.85, 0});
-  const DirectAligner aligner(kGrid, kNoise, {}, {});
+  const DirectAligner aligner(kGrid, kNoise);
   const FrameFeatures reference = testing::SeeGrids(kBoxes, kReference);
   EXPECT_FALSE(aligner.Align(reference, reference.depth_grid, kReference,
                              testing::SeeGrids(kBoxes, away), away));
@@ -92,8 +92,8 @@ TEST(DirectAligner, LeavesOutDynamicObjectsOfTheReference) {
     }
   }
   const auto error = [&](const cv::Mat& standing) {
-    const auto aligned = DirectAligner(kGrid, kNoise, {}, {})
-                             .Align(reference, standing, kReference, features, kReference);
+    const auto aligned =
+        DirectAligner(kGrid, kNoise).Align(reference, standing, kReference, features, kReference);
     return aligned ? (aligned->pose.T_WC.p() - kTruth.p()).norm() : 1.0;
   };
   EXPECT_GT(error(reference.depth_grid), 0.02) << "held by the person";

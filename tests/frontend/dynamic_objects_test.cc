@@ -174,7 +174,7 @@ TEST_F(FindDynamicTest, AWrongPoseIsNotTakenForAMovingWorld) {
   PosedDepth view = See(kReferences, {0, 0, 0}, Pose());
   view.T_WC = Pose::FromTangent({0, -0.25, -0.5}, {0, 0, 0});  // everything is nearer than it was
   EXPECT_TRUE(FindDynamic(view, references, grid, noise, {}).empty());
-  EXPECT_FALSE(FindDynamic(view, references, grid, noise, {.max_share = 1.0}).empty());
+  EXPECT_FALSE(FindDynamic(view, references, grid, noise, {}, {}, 1.0).empty());
 }
 
 TEST_F(FindDynamicTest, NothingIsKnownWithoutReferencesOrDepth) {
@@ -214,8 +214,8 @@ class FindDynamicSurfaces : public FindDynamicTest {
     return {stamp, grid.Sample(DepthOf(world, Camera(), Pose()), 0.3, 8.0), Pose()};
   }
   cv::Mat Find(const SurfaceHistory& history,
-               const DynamicObjectOptions& options = {.settled = 2.0}) {
-    return FindDynamic(view, references, grid, noise, options, history);
+               const DynamicObjectParameters& parameters = {.settled = 2.0}) {
+    return FindDynamic(view, references, grid, noise, parameters, history);
   }
   // Returns a test that accepts the surface with the middle of the panel, and no other.
   SurfaceTest PanelMoved() {

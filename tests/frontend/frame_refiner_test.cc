@@ -73,8 +73,10 @@ class FrameRefinerTest : public TrackerTest {
     return Twist::Between(Truth(i - 1).Inverse() * Truth(i + 1), dt);
   }
 
-  FrameRefiner Make(const FrameRefinementOptions& options, bool background = true) const {
-    return FrameRefiner(model, IdealSensor().camera, options, TrackerOptions(), background);
+  FrameRefiner Make(const FrameRefinementOptions& options, bool background = true,
+                    const FrameRefinerParameters& parameters = {}) const {
+    return FrameRefiner(model, IdealSensor().camera, options, TrackerOptions(), background,
+                        parameters);
   }
 
   const KeyFrameId keyframe_;
@@ -85,7 +87,7 @@ TEST_F(FrameRefinerTest, FindsPosesInTheMapAsItIsOnceEnoughKeyframesWereMade) {
   for (const bool background : {false, true}) {
     SCOPED_TRACE(background);
     frames.clear();
-    FrameRefiner refiner = Make({.keyframes = 3}, background);
+    FrameRefiner refiner = Make({}, background, {.keyframes = 3});
     for (int i = 0; i < kFrames; ++i) {
       EXPECT_FALSE(refiner.HasResult());
       // The last frame comes three keyframes later.
@@ -103,7 +105,7 @@ TEST_F(FrameRefinerTest, FindsPosesInTheMapAsItIsOnceEnoughKeyframesWereMade) {
 }
 
 TEST_F(FrameRefinerTest, HoldsNoMoreFramesThanItsLimit) {
-  FrameRefiner refiner = Make({.keyframes = 3, .waiting = 35}, false);
+  FrameRefiner refiner = Make({.waiting = 35}, false, {.keyframes = 3});
   for (int i = 0; i < 36; ++i) {
     Add(refiner, MakeTracked(View(i), i), KeyFrameId(1));
     refiner.Begin(scene_map.map, {});
@@ -151,7 +153,7 @@ TEST_F(FrameRefinerTest, MovesRowsByTheMotionFromTheFrameBeforeToTheOneAfter) {
   std::vector<double> errors;
   for (const int rounds : {1, 3}) {
     frames.clear();
-    FrameRefiner refiner = Make({.rounds = rounds});
+    FrameRefiner refiner = Make({}, true, {.rounds = rounds});
     for (int i = 0; i < kFrames; ++i) {
       Add(refiner, MakeTracked(SeenByRows(i), i), KeyFrameId(1));
     }

@@ -26,7 +26,7 @@ class LandmarkMotion : public ::testing::Test {
     panel = See(rng, {-0.3, -0.4, 1.0}, {0.1, 0.4, 1.05}, marks, moved, shift);
   }
   bool Moved(const LandmarkMotionOptions& options = {}) const {
-    return HaveMoved(Pose(), model.projection(), panel, lines, wall, {}, {}, options);
+    return HaveMoved(Pose(), model.projection(), panel, lines, wall, {}, options);
   }
 
   const MeasurementModel model{IdealSensor(), {.point_sigma = 1.0}};  // that of the noise

@@ -42,7 +42,7 @@
 namespace highwall::slam_options_test {
 namespace {
 
-// Calls visit(path, field) for all fields that are not structs, such as "tracker.pose.rounds".
+// Calls visit(path, field) for all fields that are not structs, such as "tracker.min_support".
 template <class Options, class Visit>
 void VisitLeaves(Options& options, const Visit& visit, const std::string& path = "") {
   ForEachOption(options, [&](const char* name, auto& field, const OptionRange& = {}) {
@@ -147,65 +147,17 @@ const Edge kEdges[] = {
     {"measurement.line_matches.ratio", {0, 1.1}},
     {"measurement.line_matches.mad_k", {0}},
     {"measurement.line_matches.min_deviation", {-0.1}},
-    {"tracker.pose.point_huber", {0}},
-    {"tracker.pose.line_huber", {0}},
-    {"tracker.pose.plane_huber", {0}},
-    {"tracker.pose.inliers.chi2_1", {0}},
-    {"tracker.pose.inliers.chi2_2", {0}},
-    {"tracker.pose.inliers.chi2_3", {0}},
-    {"tracker.pose.inliers.chi2_4", {0}},
-    {"tracker.pose.rounds", {0}},
-    {"tracker.pose.max_iterations", {0}},
-    {"tracker.pose.min_support", {2}},
-    {"tracker.relocalizer.candidates", {0}},
-    {"tracker.relocalizer.max_hamming", {-1, 257}},
-    {"tracker.relocalizer.ratio", {0, 1.1}},
-    {"tracker.relocalizer.min_matches", {2}},
-    {"tracker.relocalizer.min_inliers", {5}},
-    {"tracker.relocalizer.min_line_inliers", {3}},
-    {"tracker.relocalizer.ransac_iterations", {0}},
-    {"tracker.moving.settled", {0}},
     {"tracker.moving.max_share", {0, 1.1}},
-    {"tracker.moving.interval", {0}},
-    {"tracker.moving.history", {0.1}},
-    {"tracker.moving.min_surface", {0}},
-    {"tracker.moving.max_surface", {0, 1.1}},
-    {"tracker.moving.landmarks.min_points", {0}},
-    {"tracker.moving.landmarks.min_share", {0, 1.1}},
-    {"tracker.moving.landmarks.chi2", {0}},
-    {"tracker.moving.landmarks.min_support", {5}},
-    {"tracker.moving.landmarks.outnumber", {0}},
     {"tracker.degeneracy.max_sigma", {0}},
-    {"tracker.surfaces.matcher.stride", {0}},
-    {"tracker.surfaces.matcher.radius", {0}},
-    {"tracker.surfaces.matcher.min_share", {0, 1.1}},
-    {"tracker.surfaces.matcher.max_incidence", {0, 1.6}},
-    {"tracker.surfaces.matcher.max_tilt", {0}},
-    {"tracker.surfaces.matcher.gate_sigmas", {0}},
-    {"tracker.surfaces.matcher.gate", {-0.1}},
-    {"tracker.surfaces.min_support", {2}},
-    {"tracker.surfaces.min_rows", {0}},
-    {"tracker.surfaces.max_sigma", {0}},
-    {"tracker.direct.min_rows", {0}},
-    {"tracker.direct.min_correlation", {-0.1, 1}},
-    {"tracker.direct.max_sigma", {0}},
-    {"tracker.min_motion_support", {5}},
     {"tracker.min_support", {1, 5}},
-    {"tracker.min_predicted_support", {5}},
-    {"tracker.doubtful_agreement", {-0.1, 1.1}},
     {"tracker.doubtful_share", {-0.1, 1.1}},
-    {"tracker.doubtful_drop", {-0.1, 1.1}},
     {"tracker.local_keyframes", {0}},
-    {"tracker.recognized_found", {-0.1, 1.1}},
-    {"tracker.recognized_contradiction", {-0.1, 1.1}},
     {"keyframes.min_features", {5}},
     {"keyframes.min_share", {0, 1.1}},
     {"keyframes.max_gap", {0}},
     {"keyframes.wanted_tracked", {-1}},
     {"keyframes.wanted_new", {-1}},
-    {"refinement.keyframes", {-1}},
     {"refinement.waiting", {0}},
-    {"refinement.rounds", {0}},
     {"mapper.adjusted_keyframes", {1}},
     {"mapper.fixed_keyframes", {0}},
     {"mapper.fused_keyframes", {-1}},
@@ -260,10 +212,12 @@ const Edge kEdges[] = {
 // Options of public functions that are no options of SlamSystem.
 struct Toolbox {
   BundleAdjustmentOptions bundle{};
+  PoseSolverOptions pose{};
 };
 
 void ForEachOption(OptionsOf<Toolbox> auto& options, const auto& visit) {
   visit("bundle", options.bundle);
+  visit("pose", options.pose);
 }
 
 const Edge kToolboxEdges[] = {
@@ -272,6 +226,11 @@ const Edge kToolboxEdges[] = {
     {"bundle.inliers.chi2_3", {0}},   {"bundle.inliers.chi2_4", {0}},
     {"bundle.first_iterations", {0}}, {"bundle.second_iterations", {0}},
     {"bundle.tolerance", {-1e-6}},    {"bundle.trust_region", {0, kInfinity}},
+    {"pose.point_huber", {0}},        {"pose.line_huber", {0}},
+    {"pose.plane_huber", {0}},        {"pose.inliers.chi2_1", {0}},
+    {"pose.inliers.chi2_2", {0}},     {"pose.inliers.chi2_3", {0}},
+    {"pose.inliers.chi2_4", {0}},     {"pose.rounds", {0}},
+    {"pose.max_iterations", {0}},     {"pose.min_support", {2}},
 };
 
 // Calls a function with its part of the options.
@@ -279,6 +238,7 @@ void Use(const std::string& part, const Toolbox& options) {
   const MeasurementModel model(RgbdSensor(), {});
   Map map;
   if (part == "bundle") AdjustBundle(map, model, {}, {}, options.bundle);
+  if (part == "pose") options.pose.Validate();
 }
 
 // Creates a component of SlamSystem with its part of the options.
@@ -348,8 +308,9 @@ std::vector<std::string> Paths() {
 TEST(SlamOptions, TheTableHasTheFieldsOfEveryStructInTheirOrder) {
   Fields in_table;
   AddFieldsInTable(SlamOptions(), &in_table);
-  EXPECT_EQ(in_table.size(), 38u);
+  EXPECT_EQ(in_table.size(), 33u);
   AddFieldsInTable(BundleAdjustmentOptions(), &in_table);
+  AddFieldsInTable(PoseSolverOptions(), &in_table);
   const Fields in_headers = FieldsInHeaders();
   for (const auto& [name, fields] : in_table) {
     ASSERT_EQ(in_headers.count(name), 1u) << name;

@@ -23,7 +23,7 @@ cv::Mat Look(const Pose& T_WC, const testing::BoxWorld& world = kWorld) {
 }
 
 TEST(SurfaceMatcher, PatchesLieOnTheSurfacesWithTheirNormals) {
-  const auto patches = FindPatches(Look(Pose()), kGrid, kNoise, {});
+  const auto patches = FindPatches(Look(Pose()), kGrid, kNoise);
   ASSERT_GT(patches.size(), 300U);
   std::size_t exact = 0;
   for (const SurfacePatch& patch : patches) {
@@ -50,15 +50,15 @@ TEST(SurfaceMatcher, FindsNoPatchesOnRoughSurfacesOrWithoutDepth) {
     z += static_cast<float>(std::uniform_real_distribution<double>(-0.1, 0.1)(rng));
   }
   // Three sigmas of the noise are some 5 cm at the wall.
-  EXPECT_LT(FindPatches(depth, kGrid, kNoise, {}).size(), 20U);
-  EXPECT_TRUE(FindPatches(cv::Mat::zeros(depth.size(), CV_32FC1), kGrid, kNoise, {}).empty());
+  EXPECT_LT(FindPatches(depth, kGrid, kNoise).size(), 20U);
+  EXPECT_TRUE(FindPatches(cv::Mat::zeros(depth.size(), CV_32FC1), kGrid, kNoise).empty());
 }
 
 TEST(SurfaceMatcher, RowsVanishAtTheTruePose) {
-  const auto patches = FindPatches(Look(Pose()), kGrid, kNoise, {});
+  const auto patches = FindPatches(Look(Pose()), kGrid, kNoise);
   const Pose truth = Pose::FromTangent({0.05, -0.03, 0.08}, {0.02, -0.03, 0.01});
   const cv::Mat depth = Look(truth);
-  const auto rows = MatchPatches(patches, depth, cv::Mat(), truth, kGrid, kNoise, {});
+  const auto rows = MatchPatches(patches, depth, cv::Mat(), truth, kGrid, kNoise);
   EXPECT_EQ(rows.size(), 300U);
   int exact = 0, near = 0;
   for (const PointToPlaneRow& row : rows) {
@@ -73,9 +73,9 @@ TEST(SurfaceMatcher, RowsVanishAtTheTruePose) {
 
 TEST(SurfaceMatcher, LeavesOutDynamicObjects) {
   const cv::Mat depth = Look(Pose());
-  const auto patches = FindPatches(depth, kGrid, kNoise, {});
+  const auto patches = FindPatches(depth, kGrid, kNoise);
   const cv::Mat moving(depth.size(), CV_8UC1, cv::Scalar(255));
-  EXPECT_TRUE(MatchPatches(patches, depth, moving, Pose(), kGrid, kNoise, {}).empty());
+  EXPECT_TRUE(MatchPatches(patches, depth, moving, Pose(), kGrid, kNoise).empty());
 }
 
 TEST(SurfaceMatcher, RowsSpreadOverTheDirectionsOfTheNormals) {
@@ -95,14 +95,6 @@ TEST(SurfaceMatcher, RowsSpreadOverTheDirectionsOfTheNormals) {
   EXPECT_GE(spread.size(), 89U);
   EXPECT_LE(spread.size(), 90U);
   EXPECT_EQ(SpreadOverNormals(rows, 1000).size(), rows.size());
-}
-
-TEST(SurfaceMatcher, RefusesBadOptions) {
-  EXPECT_THROW(SurfaceMatcherOptions{.stride = 0}.Validate(), InvalidArgument);
-  EXPECT_THROW(SurfaceMatcherOptions{.radius = 0}.Validate(), InvalidArgument);
-  EXPECT_THROW(SurfaceMatcherOptions{.min_share = 1.1}.Validate(), InvalidArgument);
-  EXPECT_THROW(SurfaceMatcherOptions{.max_incidence = 1.6}.Validate(), InvalidArgument);
-  EXPECT_THROW(SurfaceMatcherOptions{.max_tilt = 0.0}.Validate(), InvalidArgument);
 }
 
 }  // namespace

@@ -71,13 +71,13 @@ TEST_F(TrackerDirectTest, AnotherPlaceIsNotHeld) {
 TEST_F(TrackerDirectTest, RejectsAnotherDepthHoweverSimilarTheGreyLevels) {
   // The box stands on the other side: each view shows a surface in front of the other's.
   const testing::BoxWorld moved{.boxes = {testing::kBoxes.boxes[0].MovedBy({1.8, 0.0, 0.0})}};
-  TrackerOptions options;
-  options.direct.min_correlation = 0.0;
-  TrackerInSystem tracker(model, options);
+  TrackerParameters parameters;
+  parameters.min_correlation = 0.0;
+  TrackerInSystem tracker(model, {}, {}, parameters);
   Start(tracker);
   EXPECT_EQ(TrackSmeared(tracker, {}, moved).state, TrackingState::kLost);
-  options.recognized_contradiction = 1.0;
-  TrackerInSystem unaware(model, options);
+  parameters.recognized_contradiction = 1.0;
+  TrackerInSystem unaware(model, {}, {}, parameters);
   Start(unaware);
   EXPECT_EQ(TrackSmeared(unaware, {}, moved).state, TrackingState::kTracking)
       << "nothing else refuses it";

@@ -73,7 +73,8 @@ class TrackerWithABox : public TrackerTest {
 };
 
 TEST_F(TrackerWithABox, LeavesOutFeaturesOnDynamicObjects) {
-  TrackerInSystem tracker(model, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8}});
+  TrackerInSystem tracker(model, {}, {},
+                          {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8}});
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 20; ++i) {
     const SyntheticView view = LookAt(i, PoseOfFrame(i));
@@ -93,8 +94,8 @@ TEST_F(TrackerWithABox, LeavesOutFeaturesOnDynamicObjects) {
 // show that it has not.
 TEST_F(TrackerWithABox, FindsNoDynamicObjectsWhereSurfacesAgree) {
   for (const bool surfaces : {true, false}) {
-    TrackerInSystem tracker(model, {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8},
-                                    .surfaces = {.enabled = surfaces}});
+    TrackerInSystem tracker(model, {.surfaces = {.enabled = surfaces}}, {},
+                            {.moving = {.settled = 0.3, .interval = 0.1, .history = 0.8}});
     const auto look = [&](const Pose& eye, const Pose& T_WC) {
       return WithDepth(Look(scene, IdealSensor(), eye), T_WC, Eigen::Vector3d::Zero());
     };
@@ -126,8 +127,8 @@ class TrackerWithABoxInTheMap : public TrackerWithABox {
     all.points.insert(all.points.end(), marks.points.begin(), marks.points.end());
   }
   // Tracks frames 1 to 8.
-  std::vector<TrackedFrame> Run(const DynamicObjectOptions& moving) {
-    TrackerInSystem tracker(model, {.moving = moving});
+  std::vector<TrackedFrame> Run(const DynamicObjectParameters& moving) {
+    TrackerInSystem tracker(model, {}, {}, {.moving = moving});
     SceneMap with_marks(all);
     TrackedFrame first;
     first.T_WC = PoseOfFrame(0);

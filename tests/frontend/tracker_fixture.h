@@ -22,13 +22,14 @@ struct OwnedSensor {
   SensorModel sensor;
 };
 
-// A tracker as the system runs it: the landmarks of a frame are counted in the map, and its motion
-// tells the sensor.
+// A tracker as the system runs it: the landmarks of a frame are counted in the map, and the
+// sensor learns from its motion.
 class TrackerInSystem : public OwnedSensor, public Tracker {
  public:
   TrackerInSystem(const MeasurementModel& model, const TrackerOptions& options,
-                  const FrameTiming& timing = {})
-      : OwnedSensor{{model, SensorOptions(options), timing}}, Tracker(model, options, sensor) {}
+                  const FrameTiming& timing = {}, const TrackerParameters& parameters = {})
+      : OwnedSensor{{model, SensorOptions(options), timing}},
+        Tracker(model, options, sensor, parameters) {}
 
   void Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
     Tracker::Anchor(tracked, keyframe);

@@ -62,8 +62,9 @@ class RecognitionTest : public TrackerTest {
     }
   }
   // Tracks `view` next; if `lost`, after a frame without any features.
-  TrackedFrame Next(const SyntheticView& view, bool lost, const TrackerOptions& options = {}) {
-    TrackerInSystem tracker(model, options);
+  TrackedFrame Next(const SyntheticView& view, bool lost,
+                    const TrackerParameters& parameters = {}) {
+    TrackerInSystem tracker(model, {}, {}, parameters);
     Begin(tracker);
     if (lost) {
       const SyntheticView nothing = Look(Scene(), IdealSensor(), PoseOfFrame(5));
@@ -88,7 +89,7 @@ TEST_F(RecognitionTest, RejectsASimilarPlaceOfWhichLittleIsFound) {
   EXPECT_TRUE(found.relocalized);
   EXPECT_EQ(Next(little, kLost).state, TrackingState::kLost);
 
-  TrackerOptions credulous;
+  TrackerParameters credulous;
   credulous.recognized_found = 0.0;
   ExpectAt(Next(little, kLost, credulous), PoseOfFrame(6), 1e-4);
 }
@@ -97,7 +98,7 @@ TEST_F(RecognitionTest, APlaceWhoseDepthContradictsTheMapIsAnother) {
   ExpectAt(Next(See(scene, room, 6), kLost), PoseOfFrame(6), 1e-4);
   EXPECT_EQ(Next(See(scene, mirrored, 6), kLost).state, TrackingState::kLost);
 
-  TrackerOptions credulous;
+  TrackerParameters credulous;
   credulous.recognized_contradiction = 1.0;
   ExpectAt(Next(See(scene, mirrored, 6), kLost, credulous), PoseOfFrame(6), 1e-4);
 }

@@ -234,12 +234,12 @@ class TrackerWithoutFallback : public TrackerTest {
  protected:
   const MeasurementModel narrow_model{IdealSensor(),
                                       {.search = {.motion_radius = 5.0, .map_radius = 2.0}}};
-  static TrackerOptions Options() {
-    TrackerOptions options;
+  static TrackerParameters Parameters() {
+    TrackerParameters parameters;
     // Without a prediction the camera is lost.
-    options.relocalizer.min_matches = 100'000;
-    options.relocalizer.min_line_inliers = 100'000;
-    return options;
+    parameters.relocalizer.min_matches = 100'000;
+    parameters.relocalizer.min_line_inliers = 100'000;
+    return parameters;
   }
   static Pose PoseAt(double t) {
     const Eigen::Vector3d theta = t * Eigen::Vector3d(0.1, 1.5, 0.2);
@@ -250,7 +250,7 @@ class TrackerWithoutFallback : public TrackerTest {
   // Tracks images at these times, in steps of 0.1 s; the first two steps are short, because the
   // motion is not known before.
   void ExpectFollowed(const std::vector<double>& times) {
-    TrackerInSystem tracker(narrow_model, Options());
+    TrackerInSystem tracker(narrow_model, {}, {}, Parameters());
     Start(tracker, PoseAt(0.0));
     int index = 0;
     for (const double t : times) {
@@ -290,9 +290,9 @@ class TrackerInBlur : public TrackerTest {
 };
 
 TEST_F(TrackerInBlur, IsHeldByTheFewThatAgree) {
-  TrackerOptions options;
-  options.relocalizer.min_matches = 100'000;  // no other way to the pose
-  TrackerInSystem tracker(model, options);
+  TrackerParameters parameters;
+  parameters.relocalizer.min_matches = 100'000;  // no other way to the pose
+  TrackerInSystem tracker(model, {}, {}, parameters);
   Start(tracker, PoseOfFrame(0));
   for (int i = 1; i < 10; ++i) {
     SCOPED_TRACE(i);
@@ -339,11 +339,11 @@ class TrackerBeforeTwins : public TrackerInBlur {
   }
   TrackedFrame TrackTwins(double doubtful_agreement) {
     const MeasurementModel narrow_model(IdealSensor(), {.search = {.motion_radius = 10.0}});
-    TrackerOptions options;
-    options.relocalizer.ransac_iterations = 2000;
-    options.doubtful_agreement = doubtful_agreement;
-    options.doubtful_share = options.doubtful_drop = 0.0;  // only the agreement may decide
-    TrackerInSystem tracker(narrow_model, options);
+    TrackerParameters parameters;
+    parameters.relocalizer.ransac_iterations = 2000;
+    parameters.doubtful_agreement = doubtful_agreement;
+    parameters.doubtful_drop = 0.0;  // only the agreement may decide
+    TrackerInSystem tracker(narrow_model, {.doubtful_share = 0.0}, {}, parameters);
     Start(tracker, PoseOfFrame(0));
     return Track(tracker, LookAtTwins());
   }
@@ -352,7 +352,7 @@ class TrackerBeforeTwins : public TrackerInBlur {
 };
 
 TEST_F(TrackerBeforeTwins, RejectsAPoseThatMostMatchesContradictWhereMoreSupportAnother) {
-  ExpectAt(TrackTwins(TrackerOptions().doubtful_agreement), turned, 1e-6);
+  ExpectAt(TrackTwins(TrackerParameters().doubtful_agreement), turned, 1e-6);
 }
 
 TEST_F(TrackerBeforeTwins, WithoutThatTestTheTwinsMisleadIt) {

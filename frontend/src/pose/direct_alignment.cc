@@ -29,6 +29,8 @@ constexpr double kHuber = 1.345;  // [sigma] 95 % efficient for Gaussian noise
 // [grey levels] Effects of light beyond gain and offset.
 constexpr double kMinGreySigma = 2.0;
 
+constexpr int kMinPlanes = 30;       // readings on patches
+constexpr double kMaxSigma = 0.05;   // [m] a pose whose worst direction exceeds this is rejected
 constexpr double kMinOverlap = 0.3;  // share of the frame's depth that the reference must see
 // Number of readings with common noise: the patches of 9 x 9 cells, at every second cell, overlap
 // twenty-fold.
@@ -197,14 +199,13 @@ class Alignment {
         T_RC_(T_RC) {}
 
   // Returns false if there are too few constraints, or it does not converge.
-  bool Refine(const std::vector<SurfacePatch>& patches, const SurfaceMatcherOptions& surfaces,
-              double blur) {
+  bool Refine(const std::vector<SurfacePatch>& patches, double gate, double blur) {
     const GreyImage reference(reference_.gray_grid, blur), own(features_.gray_grid, blur);
     for (int step = 0; step < kSteps; ++step) {
-      const GreyPairs pairs = Pair(reference, own, surfaces);
+      const GreyPairs pairs = Pair(reference, own, gate);
       if (static_cast<int>(pairs.own.size()) < kMinPairs) return false;
       std::vector<PointToPlaneRow> planes =
-          MatchPatches(patches, features_.depth_grid, {}, T_RC_, grid_, noise_, surfaces);
+          MatchPatches(patches, features_.depth_grid, {}, T_RC_, grid_, noise_, gate);
       planes_ = static_cast<int>(planes.size());
       const AlignmentProblem problem(grid_, reference, T_RC_, Weighed(std::move(planes)),
                                      Weighed(pairs));
@@ -219,7 +220,7 @@ class Alignment {
       if (last_step_ < kConverged) break;
     }
     if (last_step_ > kSettled) return false;
-    const GreyPairs pairs = Pair(reference, own, surfaces);
+    const GreyPairs pairs = Pair(reference, own, gate);
     likeness_ = pairs.Compare();
     overlap_ = pairs.readings > 0 ? static_cast<double>(pairs.own.size()) / pairs.readings : 0.0;
     return true;
@@ -237,8 +238,8 @@ class Alignment {
 
   // Returns whether the reference observes another surface there, in front, behind, or in a
   // neighbouring cell used for the interpolation of its grey level, or a dynamic object.
-  bool IsHidden(const Eigen::Vector2d& uv, double z, const SurfaceMatcherOptions& surfaces) const {
-    const double most = surfaces.gate + surfaces.gate_sigmas * noise_.Sigma(z);
+  bool IsHidden(const Eigen::Vector2d& uv, double z, double gate) const {
+    const double most = gate + kSurfaceGateSigmas * noise_.Sigma(z);
     const cv::Point cell(static_cast<int>(uv.x()), static_cast<int>(uv.y()));
     for (const cv::Point& corner : {cv::Point(0, 0), {1, 0}, {0, 1}, {1, 1}}) {
       const auto seen = static_cast<double>(reference_.depth_grid.at<float>(cell + corner));
@@ -248,8 +249,7 @@ class Alignment {
     return false;
   }
 
-  GreyPairs Pair(const GreyImage& reference, const GreyImage& own,
-                 const SurfaceMatcherOptions& surfaces) const {
+  GreyPairs Pair(const GreyImage& reference, const GreyImage& own, double gate) const {
     GreyPairs pairs;
     const cv::Mat& depth = features_.depth_grid;
     for (int v = 0; v < depth.rows; ++v) {
@@ -263,7 +263,7 @@ class Alignment {
         Eigen::Vector2d gradient;
         if (p_R.z() <= 0.0) continue;
         const Eigen::Vector2d uv = grid_.camera().Project(p_R);
-        if (!reference.At(uv, &value, &gradient) || IsHidden(uv, p_R.z(), surfaces)) continue;
+        if (!reference.At(uv, &value, &gradient) || IsHidden(uv, p_R.z(), gate)) continue;
         pairs.p_C.push_back(p_C);
         pairs.own.push_back(own.Of({u, v}));
         pairs.other.push_back(value);
@@ -328,12 +328,8 @@ double MedianDepth(const cv::Mat& depth) {
 
 }  // namespace
 
-DirectAligner::DirectAligner(const DepthGrid& grid, const DepthNoise& noise,
-                             const SurfaceMatcherOptions& surfaces,
-                             const DirectAlignmentOptions& options)
-    : grid_(grid), noise_(noise), surfaces_(surfaces), options_(options) {
-  options_.Validate();
-}
+DirectAligner::DirectAligner(const DepthGrid& grid, const DepthNoise& noise, double min_correlation)
+    : grid_(grid), noise_(noise), min_correlation_(min_correlation) {}
 
 std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& reference,
                                                     const cv::Mat& standing, const Pose& T_WR,
@@ -342,22 +338,20 @@ std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& referen
   if (reference.depth_grid.empty() || reference.gray_grid.empty()) return std::nullopt;
   const double depth = MedianDepth(features.depth_grid);
   if (depth <= 0.0 || features.gray_grid.empty()) return std::nullopt;
-  const auto patches = FindPatches(standing, grid_, noise_, surfaces_);
+  const auto patches = FindPatches(standing, grid_, noise_);
   Alignment alignment(grid_, noise_, reference, standing, features, T_WR.Inverse() * T_WC);
   for (const Stage& stage : kStages) {
-    SurfaceMatcherOptions surfaces = surfaces_;
-    surfaces.gate = stage.gate;
-    if (!alignment.Refine(patches, surfaces, stage.blur)) return std::nullopt;
+    if (!alignment.Refine(patches, stage.gate, stage.blur)) return std::nullopt;
   }
-  if (alignment.planes() < options_.min_rows) return std::nullopt;
+  if (alignment.planes() < kMinPlanes) return std::nullopt;
   if (alignment.overlap() < kMinOverlap) return std::nullopt;
-  if (alignment.correlation() < options_.min_correlation) return std::nullopt;
+  if (alignment.correlation() < min_correlation_) return std::nullopt;
   // A step of the position is in R there, in W here.
   Matrix6 to_R = Matrix6::Identity();
   to_R.topLeftCorner<3, 3>() = T_WR.R().transpose();
   const Matrix6 information = to_R.transpose() * alignment.information() * to_R / kSharedNoise;
   PoseConstraint known{T_WR * alignment.T_RC()};
-  if (!FindUnobservableDirections(information, known.T_WC, depth, {.max_sigma = options_.max_sigma})
+  if (!FindUnobservableDirections(information, known.T_WC, depth, {.max_sigma = kMaxSigma})
            .empty()) {
     return std::nullopt;
   }

@@ -8,12 +8,14 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/depth_noise.h>
 #include <highwall/frontend/features/frame.h>
-#include <highwall/frontend/pose/options.h>
 #include <highwall/frontend/pose/pose_constraint.h>
 
 #include "features/depth_grid.h"
 
 namespace highwall {
+
+// Minimum correlation of the grey levels of two images.
+inline constexpr double kMinGreyCorrelation = 0.8;
 
 struct DirectAlignment {
   PoseConstraint pose;
@@ -30,7 +32,7 @@ class DirectAligner {
  public:
   // grid: of all images; must outlive this.
   DirectAligner(const DepthGrid& grid, const DepthNoise& noise,
-                const SurfaceMatcherOptions& surfaces, const DirectAlignmentOptions& options);
+                double min_correlation = kMinGreyCorrelation);
 
   // standing: the depth grid of the reference, 0 on dynamic objects, which are masked out. T_WC:
   // rough pose. Returns the pose with its information, in which readings with common noise count as
@@ -43,8 +45,7 @@ class DirectAligner {
  private:
   const DepthGrid& grid_;
   DepthNoise noise_;
-  SurfaceMatcherOptions surfaces_;
-  DirectAlignmentOptions options_;
+  double min_correlation_;
 };
 
 }  // namespace highwall

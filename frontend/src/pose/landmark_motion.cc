@@ -14,13 +14,17 @@ namespace highwall {
 bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
                std::span<const PosePoint> judged, int judged_lines,
                std::span<const PosePoint> other_points, std::span<const PoseLine> other_lines,
-               const PoseSolverOptions& pose, const LandmarkMotionOptions& options) {
+               const LandmarkMotionOptions& options) {
   // Sigma of directions unobservable from the others: any motion along them is consistent.
   constexpr double kOpen = 30.0;  // [m, rad]
   constexpr double kLeastError = 0.2;
+  // Of an inconsistent point, in units of the noise of the others: 99.999 % with 3 rows, since
+  // errors of landmarks on one surface are correlated.
+  constexpr double kMinChi2 = 25.9;
+  constexpr int kMinSupportOfOthers = 20;  // PoseSolverOptions
   if (static_cast<int>(judged.size()) < options.min_points) return false;
-  PoseSolverOptions of_others = pose;
-  of_others.min_support = options.min_support;
+  PoseSolverOptions of_others;
+  of_others.min_support = kMinSupportOfOthers;
   const auto solution = SolvePose(T_WC, projection, other_points, other_lines, of_others);
   const int support = solution ? Support(solution->num_points, solution->num_lines) : 0;
   const int of_judged = Support(static_cast<int>(judged.size()), judged_lines);
@@ -39,7 +43,7 @@ bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
     if (!projection.Evaluate<3>(view, point.rows, point.p_W, &r, &J, nullptr)) continue;
     const Eigen::Matrix3d S = Eigen::Matrix3d::Identity() + J * covariance * J.transpose();
     ++evaluated;
-    contradict += r.dot(S.ldlt().solve(r)) > options.chi2 * noise ? 1 : 0;
+    contradict += r.dot(S.ldlt().solve(r)) > kMinChi2 * noise ? 1 : 0;
   }
   return contradict >= options.min_points && contradict >= options.min_share * evaluated;
 }

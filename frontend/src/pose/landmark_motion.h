@@ -4,10 +4,16 @@
 
 #include <highwall/core/pose.h>
 #include <highwall/factors/rgbd_projection.h>
-#include <highwall/frontend/pose/options.h>
 #include <highwall/frontend/pose/pose_solver.h>
 
 namespace highwall {
+
+// Criteria for dynamic landmarks.
+struct LandmarkMotionOptions {
+  int min_points = 8;      // >= 1: inconsistent with the pose of all others ...
+  double min_share = 0.7;  // (0, 1]: and this share of those that are tested
+  double outnumber = 1.0;  // > 0: minimum support of the others relative to that of the tested ones
+};
 
 // Returns whether the landmarks on one surface have moved relative to all others: most of them are
 // inconsistent with the pose by the others alone, beyond the noise of both. In a pose by all
@@ -19,6 +25,6 @@ namespace highwall {
 bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
                std::span<const PosePoint> judged, int judged_lines,
                std::span<const PosePoint> other_points, std::span<const PoseLine> other_lines,
-               const PoseSolverOptions& pose = {}, const LandmarkMotionOptions& options = {});
+               const LandmarkMotionOptions& options = {});
 
 }  // namespace highwall

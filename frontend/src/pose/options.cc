@@ -12,16 +12,4 @@ void DegeneracyOptions::Validate() const {
   RequireInRange(*this, "DegeneracyOptions");
 }
 
-void SurfaceMatcherOptions::Validate() const {
-  RequireInRange(*this, "SurfaceMatcherOptions");
-}
-
-void DirectAlignmentOptions::Validate() const {
-  RequireInRange(*this, "DirectAlignmentOptions");
-}
-
-void LandmarkMotionOptions::Validate() const {
-  RequireInRange(*this, "LandmarkMotionOptions");
-}
-
 }  // namespace highwall

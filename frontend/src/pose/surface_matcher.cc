@@ -15,6 +15,13 @@
 namespace highwall {
 namespace {
 
+constexpr int kStride = 2;                // [cells] between the centres of patches
+constexpr int kRadius = 4;                // [cells] a patch has 2 kRadius + 1 cells to a side
+constexpr double kMinSurfaceShare = 0.7;  // of the cells of a patch that must belong to its surface
+constexpr double kMaxIncidence = 1.3;     // [rad] between the ray and the normal
+// [rad] Standard deviation of a normal. Less certain normals would constrain a pose in directions
+// that the surface does not observe.
+constexpr double kMaxTilt = 0.05;
 constexpr double kLink = 0.1;  // a patch ends at a relative change of depth above this
 // Maximum RMS distance of a patch's cells from the plane: a multiple of the depth noise, or a
 // distance [m], whichever is larger.
@@ -27,16 +34,15 @@ Eigen::Vector3d PointOf(const cv::Mat& depth, const DepthGrid& grid, const cv::P
 }
 
 std::optional<SurfacePatch> FitPatch(const cv::Mat& depth, const DepthGrid& grid,
-                                     const cv::Point& middle, const DepthNoise& noise,
-                                     const SurfaceMatcherOptions& options) {
+                                     const cv::Point& middle, const DepthNoise& noise) {
   const auto z = static_cast<double>(depth.at<float>(middle));
   if (z <= 0.0) return std::nullopt;
   const Eigen::Vector3d origin = PointOf(depth, grid, middle);
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
   int count = 0;
-  for (int dv = -options.radius; dv <= options.radius; ++dv) {
-    for (int du = -options.radius; du <= options.radius; ++du) {
+  for (int dv = -kRadius; dv <= kRadius; ++dv) {
+    for (int du = -kRadius; du <= kRadius; ++du) {
       const cv::Point cell(middle.x + du, middle.y + dv);
       const auto z_cell = static_cast<double>(depth.at<float>(cell));
       if (z_cell <= 0.0 || std::abs(z_cell - z) > kLink * z) continue;
@@ -46,8 +52,8 @@ std::optional<SurfacePatch> FitPatch(const cv::Mat& depth, const DepthGrid& grid
       ++count;
     }
   }
-  const int side = 2 * options.radius + 1;
-  if (count < options.min_share * side * side) return std::nullopt;
+  const int side = 2 * kRadius + 1;
+  if (count < kMinSurfaceShare * side * side) return std::nullopt;
   const Eigen::Vector3d mean = sum / count;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen;
   eigen.computeDirect(squares / count - mean * mean.transpose());
@@ -56,7 +62,7 @@ std::optional<SurfacePatch> FitPatch(const cv::Mat& depth, const DepthGrid& grid
   patch.n = eigen.eigenvectors().col(0);
   if (patch.n.dot(patch.a) > 0.0) patch.n = -patch.n;
   const double cosine = -patch.n.dot(patch.a.normalized());
-  if (cosine < std::cos(options.max_incidence)) return std::nullopt;
+  if (cosine < std::cos(kMaxIncidence)) return std::nullopt;
   const double rms = std::sqrt(std::max(eigen.eigenvalues()(0), 0.0));
   // Noise is along the ray.
   const double sigma = noise.Sigma(z) * cosine;
@@ -64,7 +70,7 @@ std::optional<SurfacePatch> FitPatch(const cv::Mat& depth, const DepthGrid& grid
   // Neighbouring readings share much of their noise: a patch is no more accurate than one reading.
   patch.sigma = std::max(rms, sigma);
   const double spread = std::sqrt(count * eigen.eigenvalues()(1));
-  if (patch.sigma > options.max_tilt * spread) return std::nullopt;
+  if (patch.sigma > kMaxTilt * spread) return std::nullopt;
   return patch;
 }
 
@@ -87,12 +93,11 @@ std::size_t NormalBin(const Eigen::Vector3d& n) {
 }  // namespace
 
 std::vector<SurfacePatch> FindPatches(const cv::Mat& depth, const DepthGrid& grid,
-                                      const DepthNoise& noise,
-                                      const SurfaceMatcherOptions& options) {
+                                      const DepthNoise& noise) {
   std::vector<SurfacePatch> patches;
-  for (int v = options.radius; v < depth.rows - options.radius; v += options.stride) {
-    for (int u = options.radius; u < depth.cols - options.radius; u += options.stride) {
-      if (const auto patch = FitPatch(depth, grid, {u, v}, noise, options)) {
+  for (int v = kRadius; v < depth.rows - kRadius; v += kStride) {
+    for (int u = kRadius; u < depth.cols - kRadius; u += kStride) {
+      if (const auto patch = FitPatch(depth, grid, {u, v}, noise)) {
         patches.push_back(*patch);
       }
     }
@@ -103,8 +108,7 @@ std::vector<SurfacePatch> FindPatches(const cv::Mat& depth, const DepthGrid& gri
 std::vector<PointToPlaneRow> MatchPatches(const std::vector<SurfacePatch>& patches_W,
                                           const cv::Mat& depth, const cv::Mat& moving,
                                           const Pose& T_WC, const DepthGrid& grid,
-                                          const DepthNoise& noise,
-                                          const SurfaceMatcherOptions& options) {
+                                          const DepthNoise& noise, double gate) {
   const Pose T_CW = T_WC.Inverse();
   const cv::Rect cells(0, 0, depth.cols, depth.rows);
   std::vector<PointToPlaneRow> rows;
@@ -121,7 +125,7 @@ std::vector<PointToPlaneRow> MatchPatches(const std::vector<SurfacePatch>& patch
     const double cosine = std::abs((T_WC.R().transpose() * patch.n).dot(p_C.normalized()));
     const double sigma = std::hypot(patch.sigma, noise.Sigma(z) * cosine);
     const double distance = std::abs(patch.n.dot(T_WC * p_C - patch.a));
-    if (distance > options.gate_sigmas * sigma + options.gate) continue;
+    if (distance > kSurfaceGateSigmas * sigma + gate) continue;
     rows.push_back({patch.n, patch.a, p_C, 1.0 / sigma});
   }
   return SpreadOverNormals(rows, kMaxRows);

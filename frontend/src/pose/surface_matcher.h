@@ -8,11 +8,14 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/depth_noise.h>
 #include <highwall/factors/point_to_plane.h>
-#include <highwall/frontend/pose/options.h>
 
 #include "features/depth_grid.h"
 
 namespace highwall {
+
+// A reading farther off its plane than this is rejected.
+inline constexpr double kSurfaceGateSigmas = 4.0;
+inline constexpr double kSurfaceGate = 0.03;  // [m] in addition, for the error of the pose
 
 // A small planar piece of a surface.
 struct SurfacePatch {
@@ -25,18 +28,16 @@ struct SurfacePatch {
 // window, without those at depth edges, on non-planar surfaces, at grazing incidence, or with an
 // uncertain normal.
 std::vector<SurfacePatch> FindPatches(const cv::Mat& depth, const DepthGrid& grid,
-                                      const DepthNoise& noise,
-                                      const SurfaceMatcherOptions& options);
+                                      const DepthNoise& noise);
 
 // Returns rows for the pose of a camera whose depth grid is `depth`, against patches in W: each
 // patch with the reading of the cell that it projects to from the rough pose T_WC (projective
-// association), if that lies within the gate. moving: dynamic mask, may be empty. At most 300 rows,
-// spread over the directions of the normals (SpreadOverNormals).
+// association), if that lies within the gate [m] and kSurfaceGateSigmas. moving: dynamic mask, may
+// be empty. At most 300 rows, spread over the directions of the normals (SpreadOverNormals).
 std::vector<PointToPlaneRow> MatchPatches(const std::vector<SurfacePatch>& patches_W,
                                           const cv::Mat& depth, const cv::Mat& moving,
                                           const Pose& T_WC, const DepthGrid& grid,
-                                          const DepthNoise& noise,
-                                          const SurfaceMatcherOptions& options);
+                                          const DepthNoise& noise, double gate = kSurfaceGate);
 
 // Selects up to max_rows rows with numbers as equal as possible for all directions of normals
 // (normal-space sampling: Rusinkiewicz, Levoy, "Efficient variants of the ICP algorithm", 3DIM

@@ -40,11 +40,10 @@ auto On(const cv::Mat& mask, const DepthGrid& grid) {
 }  // namespace
 
 DynamicFeatures::DynamicFeatures(const MeasurementModel& model, const DynamicObjectOptions& options,
-                                 const PoseSolverOptions& pose)
+                                 const DynamicObjectParameters& parameters)
     : model_(model),
-      options_(options),
-      pose_(pose),
-      objects_(model.camera(), model.depth_noise(), options) {}
+      landmarks_(parameters.landmarks),
+      objects_(model.camera(), model.depth_noise(), options, parameters) {}
 
 bool DynamicFeatures::HasMoved(const TrackedFrame& rough, const Map& map,
                                const DepthSurfaces& surfaces, int surface,
@@ -66,7 +65,7 @@ bool DynamicFeatures::HasMoved(const TrackedFrame& rough, const Map& map,
       others.points[i] = point->id;
     }
   }
-  if (static_cast<int>(judged.size()) < options_.landmarks.min_points) return false;
+  if (static_cast<int>(judged.size()) < landmarks_.min_points) return false;
   for (std::size_t i = 0; i < rough.tried_lines.size(); ++i) {
     if (rough.tried_lines[i] == kNoId) continue;
     if (Touches(features.lines[i], is_on)) {
@@ -77,7 +76,7 @@ bool DynamicFeatures::HasMoved(const TrackedFrame& rough, const Map& map,
   }
   const LandmarkObservations seen = LandmarksSeen(model_, map, others);
   return HaveMoved(rough.T_WC, model_.projection(), judged, judged_lines, seen.points, seen.lines,
-                   pose_, options_.landmarks);
+                   landmarks_);
 }
 
 cv::Mat DynamicFeatures::Find(const TrackedFrame& tracked, const Map& map) const {

@@ -16,10 +16,9 @@ namespace highwall {
 // that it was matched with.
 class DynamicFeatures {
  public:
-  // model: must outlive it. pose: options of the pose estimated from the landmarks that are not
-  // tested.
+  // model: must outlive it.
   DynamicFeatures(const MeasurementModel& model, const DynamicObjectOptions& options,
-                  const PoseSolverOptions& pose);
+                  const DynamicObjectParameters& parameters = {});
 
   const DepthGrid& grid() const { return objects_.grid(); }
   DynamicObjects& objects() { return objects_; }
@@ -39,8 +38,7 @@ class DynamicFeatures {
                 int surface, const cv::Mat& moving) const;
 
   const MeasurementModel& model_;
-  DynamicObjectOptions options_;
-  PoseSolverOptions pose_;
+  LandmarkMotionOptions landmarks_;
   DynamicObjects objects_;
 };
 

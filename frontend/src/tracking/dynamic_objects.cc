@@ -127,10 +127,10 @@ struct Verdicts {
 };
 
 Verdicts Label(const PosedDepth& view, std::span<const PosedDepth> references,
-               const DepthGrid& grid, const Margin& margin, const DynamicObjectOptions& options) {
+               const DepthGrid& grid, const Margin& margin, double settled_after) {
   std::vector<Comparison> comparisons;
   for (const PosedDepth& reference : references) {
-    const bool settled = std::abs(reference.stamp - view.stamp) >= FromSeconds(options.settled);
+    const bool settled = std::abs(reference.stamp - view.stamp) >= FromSeconds(settled_after);
     comparisons.emplace_back(view, reference, grid, margin, settled);
   }
   Verdicts verdicts(view.depth.size());
@@ -270,7 +270,7 @@ bool MovedBefore(const SurfaceHistory& history, const cv::Point& cell, float z) 
 
 // Marks the surfaces that move as a whole.
 void MarkSurfaces(const cv::Mat& depth, const cv::Mat& labels, const SurfaceHistory& history,
-                  const DynamicObjectOptions& options, cv::Mat& mask) {
+                  const DynamicObjectParameters& parameters, cv::Mat& mask) {
   if (history.moving.empty() && !history.moved) return;
   const DepthSurfaces surfaces = FindSurfaces(depth, kLink);
   std::vector<int> stand(surfaces.sizes.size()), moved(surfaces.sizes.size());
@@ -282,10 +282,10 @@ void MarkSurfaces(const cv::Mat& depth, const cv::Mat& labels, const SurfaceHist
       moved[k] += MovedBefore(history, {u, v}, depth.at<float>(v, u)) ? 1 : 0;
     }
   }
-  const double most = options.max_surface * cv::countNonZero(depth > 0.0);
+  const double most = parameters.max_surface * cv::countNonZero(depth > 0.0);
   for (std::size_t k = 0; k < surfaces.sizes.size(); ++k) {
     const int size = surfaces.sizes[k], surface = static_cast<int>(k);
-    if (size < options.min_surface || size > most || 2 * stand[k] > size) continue;
+    if (size < parameters.min_surface || size > most || 2 * stand[k] > size) continue;
     const bool moves =
         2 * moved[k] > size || (history.moved && history.moved(surfaces, surface, mask));
     if (moves) mask.setTo(kSurface, surfaces.labels == surface);
@@ -323,16 +323,17 @@ PosedDepth::PosedDepth(Stamp time, const cv::Mat& depth_grid, const Pose& T)
 
 cv::Mat FindDynamic(const PosedDepth& view, std::span<const PosedDepth> references,
                     const DepthGrid& grid, const DepthNoise& noise,
-                    const DynamicObjectOptions& options, const SurfaceHistory& history) {
+                    const DynamicObjectParameters& parameters, const SurfaceHistory& history,
+                    double max_share) {
   HIGHWALL_REQUIRE(history.moving.empty() || (history.moving.size() == view.depth.size() &&
                                               history.depth.size() == view.depth.size()),
                    "FindDynamic: SurfaceHistory::depth and moving must be grids as the view's");
-  const Verdicts verdicts = Label(view, references, grid, Margin(noise), options);
+  const Verdicts verdicts = Label(view, references, grid, Margin(noise), parameters.settled);
   cv::Mat mask = cv::Mat::zeros(view.depth.size(), CV_8UC1);
   MarkClusters(view.depth, verdicts, mask);
-  MarkSurfaces(view.depth, verdicts.labels, history, options, mask);
+  MarkSurfaces(view.depth, verdicts.labels, history, parameters, mask);
   const int masked = cv::countNonZero(mask);
-  if (masked == 0 || masked > options.max_share * cv::countNonZero(view.depth > 0.0)) return {};
+  if (masked == 0 || masked > max_share * cv::countNonZero(view.depth > 0.0)) return {};
   return mask;
 }
 
@@ -357,8 +358,9 @@ cv::Mat Standing(const cv::Mat& depth, const cv::Mat& moving) {
 }
 
 DynamicObjects::DynamicObjects(const PinholeCamera& camera, const DepthNoise& noise,
-                               const DynamicObjectOptions& options)
-    : grid_(camera), noise_(noise), options_(options) {
+                               const DynamicObjectOptions& options,
+                               const DynamicObjectParameters& parameters)
+    : grid_(camera), noise_(noise), options_(options), parameters_(parameters) {
   options_.Validate();
 }
 
@@ -373,11 +375,12 @@ cv::Mat DynamicObjects::Find(Stamp stamp, const cv::Mat& depth, const Pose& T_WC
     references.back().T_WC = remembered.pose.T_WC(map);
   }
   SurfaceHistory history{.moved = moved};
-  if (stamp > before_ && stamp - before_ <= FromSeconds(options_.interval)) {
+  if (stamp > before_ && stamp - before_ <= FromSeconds(parameters_.interval)) {
     history.depth = depth_before_;
     history.moving = moving_before_;
   }
-  return FindDynamic(PosedDepth(stamp, depth, T_WC), references, grid_, noise_, options_, history);
+  return FindDynamic(PosedDepth(stamp, depth, T_WC), references, grid_, noise_, parameters_,
+                     history, options_.max_share);
 }
 
 void DynamicObjects::Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_WC,
@@ -386,11 +389,11 @@ void DynamicObjects::Remember(Stamp stamp, const cv::Mat& depth, const Pose& T_W
   before_ = stamp;
   depth_before_ = depth;
   moving_before_ = moving;
-  const Stamp interval = FromSeconds(options_.interval);
+  const Stamp interval = FromSeconds(parameters_.interval);
   if (!recent_.empty() && stamp - recent_.back().view.stamp < interval) return;
   recent_.push_back({PosedDepth(stamp, depth, T_WC), AnchoredPose::At(map, reference, T_WC)});
   recent_.back().view.moving = moving;
-  while (stamp - recent_.front().view.stamp > FromSeconds(options_.history)) recent_.pop_front();
+  while (stamp - recent_.front().view.stamp > FromSeconds(parameters_.history)) recent_.pop_front();
 }
 
 }  // namespace highwall

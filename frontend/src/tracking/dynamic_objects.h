@@ -18,6 +18,17 @@
 
 namespace highwall {
 
+// Parameters of the detection of dynamic objects that are no options of a user.
+struct DynamicObjectParameters {
+  double settled = 1.5;   // [s] > 0: a surface seen in place this long before or after is static
+  double interval = 0.5;  // [s] > 0: between the frames that are stored
+  double history = 4.0;   // [s] > interval: how long they are stored
+  int min_surface = 40;   // >= 1 [cells] of a surface that is judged by its landmarks
+  // (0, 1]: maximum size of such a surface, as a share of the cells with depth
+  double max_surface = 0.5;
+  LandmarkMotionOptions landmarks{};  // when they indicate that a surface moves
+};
+
 // Depth grid with its pose, and the range of the depths around each cell.
 struct PosedDepth {
   PosedDepth(Stamp stamp, const cv::Mat& depth, const Pose& T_WC);
@@ -49,10 +60,12 @@ struct SurfaceHistory {
 // surface was dynamic (254, 255) a short time ago. It gives no evidence of a point outside its
 // view, or behind a surface that is still there. Surfaces that have not been in place for long are
 // dynamic as well (254) if their landmarks have moved, or if most of their cells showed a dynamic
-// surface (254) in the previous frame.
+// surface (254) in the previous frame. max_share: DynamicObjectOptions.
 cv::Mat FindDynamic(const PosedDepth& view, std::span<const PosedDepth> references,
                     const DepthGrid& grid, const DepthNoise& noise,
-                    const DynamicObjectOptions& options, const SurfaceHistory& history = {});
+                    const DynamicObjectParameters& parameters = {},
+                    const SurfaceHistory& history = {},
+                    double max_share = DynamicObjectOptions().max_share);
 
 // Dilates a mask by one cell: at the border of a surface the sensor mixes both sides.
 cv::Mat WithBorder(const cv::Mat& cells);
@@ -65,7 +78,8 @@ cv::Mat Standing(const cv::Mat& depth, const cv::Mat& moving);
 class DynamicObjects {
  public:
   DynamicObjects(const PinholeCamera& camera, const DepthNoise& noise,
-                 const DynamicObjectOptions& options);
+                 const DynamicObjectOptions& options,
+                 const DynamicObjectParameters& parameters = {});
 
   const DepthGrid& grid() const { return grid_; }
 
@@ -89,6 +103,7 @@ class DynamicObjects {
   DepthGrid grid_;
   DepthNoise noise_;
   DynamicObjectOptions options_;
+  DynamicObjectParameters parameters_;
   std::deque<Remembered> recent_;
   // The previous frame.
   Stamp before_ = 0;

@@ -57,7 +57,7 @@ class FrameRefiner::Job {
         matcher_(model_),
         camera_(refiner.camera_),
         grid_(refiner.grid_),
-        options_(refiner.options_),
+        rounds_(refiner.parameters_.rounds),
         tracker_(refiner.tracker_),
         task_(refiner.background_, [this](const std::stop_token& stop) { Run(stop); }) {}
 
@@ -80,7 +80,7 @@ class FrameRefiner::Job {
       item.frame.frame.features = CorrectedDepth(*item.frame.frame.features, camera_, more);
     }
     std::vector<bool> is_found(items_.size());
-    for (int round = 0; round < options_.rounds; ++round) {
+    for (int round = 0; round < rounds_; ++round) {
       for (std::size_t i = 0; i < items_.size() && !stop.stop_requested(); ++i) {
         if (!items_[i].refine || (round > 0 && !MoveRows(i))) continue;
         if (FindPose(&items_[i].frame)) is_found[i] = true;
@@ -135,7 +135,7 @@ class FrameRefiner::Job {
 
   bool Solve(TrackedFrame* frame) const {
     const LandmarkObservations seen = LandmarksSeen(model_, map_, *frame);
-    PoseSolverOptions options = tracker_.pose;
+    PoseSolverOptions options;
     options.min_support = tracker_.min_support;
     const auto solution =
         SolvePose(frame->T_WC, model_.projection(), seen.points, seen.lines, options);
@@ -150,7 +150,7 @@ class FrameRefiner::Job {
   const MapMatcher matcher_;
   const PinholeCamera camera_;
   const DepthGrid& grid_;
-  const FrameRefinementOptions options_;
+  const int rounds_;
   const TrackerOptions tracker_;
   std::vector<PosedFrame> found_;
   BackgroundTask task_;  // last: it uses all of the above and ends first
@@ -158,11 +158,12 @@ class FrameRefiner::Job {
 
 FrameRefiner::FrameRefiner(const MeasurementModel& model, const PinholeCamera& camera,
                            const FrameRefinementOptions& options, const TrackerOptions& tracker,
-                           bool background)
+                           bool background, const FrameRefinerParameters& parameters)
     : model_(model),
       camera_(camera),
       grid_(model.camera()),
       options_((options.Validate(), options)),
+      parameters_(parameters),
       tracker_(tracker),
       background_(background) {}
 
@@ -186,7 +187,7 @@ void FrameRefiner::Begin(const Map& map, const ImageKnowledge& knowledge) {
   if (!job_.IsEmpty()) return;
   // The last one of them has to wait for its successor.
   const auto young = std::ranges::find_if(waiting_, [&](const Item& item) {
-    return newest_.value() - item.newest.value() < options_.keyframes;
+    return newest_.value() - item.newest.value() < parameters_.keyframes;
   });
   auto count = static_cast<std::size_t>(young - waiting_.begin());
   const auto most = static_cast<std::size_t>(options_.waiting);

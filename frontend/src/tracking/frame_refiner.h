@@ -25,6 +25,13 @@ struct ImageKnowledge {
   DepthPattern pattern{};               // depth distortion, estimated online
 };
 
+// Parameters of FrameRefiner that are no options of a user.
+struct FrameRefinerParameters {
+  int keyframes = 10;  // >= 0: keyframes created since a frame
+  // >= 1: with rolling shutter, the motion between frames is re-estimated per round
+  int rounds = 3;
+};
+
 // Non-keyframe refinement: re-estimates poses of frames after the map around them has grown and
 // been adjusted, against landmarks that did not exist before, with the depth corrected by the
 // current estimate, and with rolling-shutter compensation by the motion from the preceding to the
@@ -36,7 +43,7 @@ class FrameRefiner {
   // own, otherwise within Begin().
   FrameRefiner(const MeasurementModel& model, const PinholeCamera& camera,
                const FrameRefinementOptions& options, const TrackerOptions& tracker,
-               bool background = true);
+               bool background = true, const FrameRefinerParameters& parameters = {});
   // Cancels work that has not ended.
   ~FrameRefiner();
   FrameRefiner(const FrameRefiner&) = delete;
@@ -69,6 +76,7 @@ class FrameRefiner {
   const PinholeCamera camera_;
   const DepthGrid grid_;
   const FrameRefinementOptions options_;
+  const FrameRefinerParameters parameters_;
   const TrackerOptions tracker_;
   const bool background_;
   std::vector<Item> waiting_;

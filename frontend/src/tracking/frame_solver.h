@@ -14,6 +14,13 @@
 
 namespace highwall {
 
+// Minimum support (PoseSolverOptions) of a pose after the first match against the last frame or
+// keyframe; and of any pose that an IMU predicts, which exposes wrong matches.
+inline constexpr int kMinMotionSupport = 15;
+inline constexpr int kMinPredictedSupport = 12;
+// The same by points and lines of a pose by surfaces.
+inline constexpr int kMinSurfaceSupport = 6;
+
 // Fallback constraint on a pose, in addition to points and lines.
 enum class FallbackConstraint { kNone, kSurfaces };
 

@@ -35,7 +35,7 @@ PoseHypothesis LastFrameSource::ProposeWith(FallbackConstraint fallback,
           tracked.points);
     Apply(matcher_.Match(*frame.features, tracked.T_WC, map, last.lines, Taken(tracked.lines)),
           tracked.lines);
-    const bool solved = solver_.Solve(query, options_.min_motion_support, fallback, &tracked);
+    const bool solved = solver_.Solve(query, kMinMotionSupport, fallback, &tracked);
     diagnostics.tried =
         std::max(diagnostics.tried, MatchedSupport(tracked.tried_points, tracked.tried_lines));
     if (!solved) continue;
@@ -53,7 +53,7 @@ PoseHypothesis LastFrameSource::ProposeWith(FallbackConstraint fallback,
 
 bool LastFrameSource::IsInconsistent(const TrackedFrame& rough) const {
   return MatchedSupport(rough.points, rough.lines) <
-         options_.doubtful_agreement * MatchedSupport(rough.tried_points, rough.tried_lines);
+         parameters_.doubtful_agreement * MatchedSupport(rough.tried_points, rough.tried_lines);
 }
 
 double LastFrameSource::Shift(const Frame& frame) const {

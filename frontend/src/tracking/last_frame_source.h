@@ -6,6 +6,7 @@
 #include "map/map_matcher.h"
 #include "tracking/frame_solver.h"
 #include "tracking/pose_hypothesis.h"
+#include "tracking/tracker_parameters.h"
 #include "tracking/tracker_state.h"
 
 namespace highwall {
@@ -16,8 +17,13 @@ class LastFrameSource : public PoseSource {
  public:
   // All must outlive it.
   LastFrameSource(const MapMatcher& matcher, const TrackerOptions& options,
-                  const FrameSolver& solver, const TrackerState& state)
-      : matcher_(matcher), options_(options), solver_(solver), state_(state) {}
+                  const TrackerParameters& parameters, const FrameSolver& solver,
+                  const TrackerState& state)
+      : matcher_(matcher),
+        options_(options),
+        parameters_(parameters),
+        solver_(solver),
+        state_(state) {}
 
   bool IsDue(const TrackingQuery& query, const PoseSearch& so_far) const override;
   PoseHypothesis Propose(const TrackingQuery& query) const override;
@@ -35,6 +41,7 @@ class LastFrameSource : public PoseSource {
 
   const MapMatcher& matcher_;
   const TrackerOptions& options_;
+  const TrackerParameters& parameters_;
   const FrameSolver& solver_;
   const TrackerState& state_;
 };

@@ -16,16 +16,8 @@ const char* ToString(FrameTimingMode mode) {
   return "estimated";
 }
 
-void RelocalizerOptions::Validate() const {
-  RequireInRange(*this, "RelocalizerOptions");
-}
-
 void DynamicObjectOptions::Validate() const {
   RequireInRange(*this, "DynamicObjectOptions");
-}
-
-void SurfaceTrackingOptions::Validate() const {
-  RequireInRange(*this, "SurfaceTrackingOptions");
 }
 
 void TrackerOptions::Validate() const {

@@ -100,7 +100,7 @@ std::optional<TrackedFrame> PoseVerifier::Reverified(const TrackingQuery& query,
   if (!options_.surfaces.enabled || rough.relocalized) return std::nullopt;
   const cv::Mat moving = std::exchange(rough.moving, cv::Mat());
   const auto steady = MatchLocalMap(query, rough, FallbackConstraint::kSurfaces);
-  const double enough = std::max<double>(options_.surfaces.min_support, kAgree * support);
+  const double enough = std::max<double>(kMinSurfaceSupport, kAgree * support);
   if (!steady || moving_.SupportBeside(steady->frame, moving) < enough ||
       Contradicts(*steady, query.map)) {
     return std::nullopt;
@@ -115,11 +115,11 @@ std::optional<TrackedFrame> PoseVerifier::Reverified(const TrackingQuery& query,
 
 bool PoseVerifier::IsDoubtful(const LocalMatch& match) const {
   return match.Support() < options_.doubtful_share * static_cast<double>(match.SupportInView()) ||
-         match.Support() < options_.doubtful_drop * state_.last_support;
+         match.Support() < parameters_.doubtful_drop * state_.last_support;
 }
 
 bool PoseVerifier::FindsLittle(const LocalMatch& match) const {
-  return match.frame.found < options_.recognized_found * state_.mean_match_ratio;
+  return match.frame.found < parameters_.recognized_found * state_.mean_match_ratio;
 }
 
 bool PoseVerifier::Contradicts(const LocalMatch& match, const Map& map) const {
@@ -135,7 +135,7 @@ bool PoseVerifier::Contradicts(const TrackedFrame& tracked, std::span<const KeyF
                                const Map& map) const {
   const auto contradiction = DepthContradiction(tracked.frame.features->depth_grid, tracked.T_WC,
                                                 views, map, moving_.grid(), model_.depth_noise());
-  return contradiction && *contradiction > options_.recognized_contradiction;
+  return contradiction && *contradiction > parameters_.recognized_contradiction;
 }
 
 }  // namespace highwall

@@ -12,6 +12,7 @@
 #include "tracking/dynamic_features.h"
 #include "tracking/frame_solver.h"
 #include "tracking/pose_hypothesis.h"
+#include "tracking/tracker_parameters.h"
 #include "tracking/tracker_state.h"
 
 namespace highwall {
@@ -23,10 +24,11 @@ class PoseVerifier {
  public:
   // All must outlive it.
   PoseVerifier(const MeasurementModel& model, const TrackerOptions& options,
-               const MapMatcher& matcher, const DynamicFeatures& moving, const FrameSolver& solver,
-               const TrackerState& state)
+               const TrackerParameters& parameters, const MapMatcher& matcher,
+               const DynamicFeatures& moving, const FrameSolver& solver, const TrackerState& state)
       : model_(model),
         options_(options),
+        parameters_(parameters),
         matcher_(matcher),
         moving_(moving),
         solver_(solver),
@@ -65,6 +67,7 @@ class PoseVerifier {
 
   const MeasurementModel& model_;
   const TrackerOptions& options_;
+  const TrackerParameters& parameters_;
   const MapMatcher& matcher_;
   const DynamicFeatures& moving_;
   const FrameSolver& solver_;

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <random>
 
 #include <Eigen/Geometry>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/keyframe_index.h>
+#include <highwall/frontend/pose/pose_solver.h>
 
 #include "pose/pose_observations.h"
 #include "pose/support.h"
@@ -17,6 +19,10 @@ namespace highwall {
 namespace {
 
 constexpr int kSampleSize = 3;
+constexpr std::uint32_t kSeed = 1;
+constexpr int kCandidates = 5;        // keyframes verified, most similar first
+constexpr int kMaxHamming = 60;       // [bit] of a match
+constexpr double kDistinctive = 0.8;  // best against second best
 
 // Putative match of a map point and a feature.
 struct Pair {
@@ -117,7 +123,7 @@ std::optional<Pose> RansacPose(const std::vector<Pair>& pairs, const std::vector
     if (pair.p_C) with_depth.push_back(&pair);
   }
   if (static_cast<int>(with_depth.size()) < kSampleSize) return std::nullopt;
-  std::mt19937 rng(options.seed);
+  std::mt19937 rng(kSeed);
   std::optional<Pose> best;
   int best_inliers = options.min_inliers - 1;
   for (int iteration = 0; iteration < options.ransac_iterations; ++iteration) {
@@ -200,18 +206,14 @@ std::optional<Relocalization> Refine(const MeasurementModel& model, const Pose& 
 
 }  // namespace
 
-Relocalizer::Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options,
-                         const PoseSolverOptions& pose)
-    : model_(model), options_(options), pose_(pose) {
-  options_.Validate();
-  pose_.Validate();
-}
+Relocalizer::Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options)
+    : model_(model), options_(options) {}
 
 std::optional<Relocalization> Relocalizer::Relocalize(const FrameFeatures& features,
                                                       const Map& map) const {
   int verified = 0;
   for (const auto& [id, score] : map.index().Query(features)) {
-    if (verified++ == options_.candidates) break;
+    if (verified++ == kCandidates) break;
     if (auto found = MatchKeyFrame(features, map, id, map.keyframe(id)->T_WC)) return found;
   }
   return std::nullopt;
@@ -229,7 +231,7 @@ std::optional<Relocalization> Relocalizer::MatchLines(const FrameFeatures& featu
                                                       const KeyFrame& keyframe,
                                                       const Pose& guess) const {
   const auto pairs = PairLines(features, map, keyframe, model_.options().line_matches);
-  PoseSolverOptions solver = pose_;
+  PoseSolverOptions solver;
   solver.min_support = Support(0, options_.min_line_inliers);
   solver.max_iterations = 15;
   Selection selection;
@@ -244,7 +246,7 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
   std::vector<PosePoint> points;
   for (const FeatureMatch& match :
        MatchDescriptors(features.point_descriptors, keyframe.frame.features->point_descriptors,
-                        {.max_distance = options_.max_hamming, .ratio = options_.ratio})) {
+                        {.max_distance = kMaxHamming, .ratio = kDistinctive})) {
     const MapPoint* point = map.Find(keyframe.points[static_cast<std::size_t>(match.train)]);
     if (point == nullptr) continue;
     const PointFeature& feature = features.points[static_cast<std::size_t>(match.query)];
@@ -258,7 +260,7 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
   const auto rough = RansacPose(pairs, points, lines, model_, options_);
   if (!rough) return std::nullopt;
   // A frame to be relocalized is often blurred.
-  PoseSolverOptions solver = pose_;
+  PoseSolverOptions solver;
   solver.inliers = InlierBounds::ThreeSigma();
   solver.min_support = options_.min_inliers;
   return Refine(model_, *rough, pairs, points, lines, keyframe.id, solver);

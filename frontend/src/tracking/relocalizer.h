@@ -9,10 +9,16 @@
 #include <highwall/frontend/features/line_matcher.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
-#include <highwall/frontend/pose/pose_solver.h>
-#include <highwall/frontend/tracking/options.h>
 
 namespace highwall {
+
+// Criteria by which Relocalizer verifies a keyframe.
+struct RelocalizerOptions {
+  int min_matches = 15;         // >= 3: with a keyframe, to verify it
+  int min_inliers = 20;         // >= 6: points plus twice the lines, after RANSAC and refinement
+  int min_line_inliers = 8;     // >= 4: lines after refinement, where there are too few points
+  int ransac_iterations = 200;  // >= 1
+};
 
 struct Relocalization {
   Pose T_WC;
@@ -27,9 +33,7 @@ struct Relocalization {
 // matched by LBD are solved from an initial guess near the keyframe.
 class Relocalizer {
  public:
-  // pose: options of the tracker, except for those in RelocalizerOptions.
-  Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options,
-              const PoseSolverOptions& pose = {});
+  Relocalizer(const MeasurementModel& model, const RelocalizerOptions& options);
 
   // Returns empty if no keyframe is verified.
   std::optional<Relocalization> Relocalize(const FrameFeatures& features, const Map& map) const;
@@ -45,7 +49,6 @@ class Relocalizer {
 
   const MeasurementModel& model_;
   RelocalizerOptions options_;
-  PoseSolverOptions pose_;
 };
 
 }  // namespace highwall

@@ -18,20 +18,21 @@ SensorModelOptions SensorOptions(const TrackerOptions& options) {
 }
 
 Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options,
-                 const SensorModel& sensor)
+                 const SensorModel& sensor, const TrackerParameters& parameters)
     : model_(model),
       sensor_(sensor),
       options_(options),
+      parameters_(parameters),
       matcher_(model),
-      relocalizer_(model, options.relocalizer, options.pose),
-      moving_(model, options.moving, options.pose),
+      relocalizer_(model, parameters.relocalizer),
+      moving_(model, options.moving, parameters.moving),
       solver_(model, options_, moving_.grid(), state_),
-      verifier_(model, options_, matcher_, moving_, solver_, state_),
-      last_frame_(matcher_, options_, solver_, state_),
+      verifier_(model, options_, parameters_, matcher_, moving_, solver_, state_),
+      last_frame_(matcher_, options_, parameters_, solver_, state_),
       reference_keyframe_(relocalizer_, state_),
       place_index_(relocalizer_),
-      surfaces_(matcher_, options_, solver_, state_),
-      whole_image_(matcher_, options_, moving_.grid(), solver_, state_) {
+      surfaces_(matcher_, options_, parameters_, solver_, state_),
+      whole_image_(matcher_, options_, parameters_, moving_.grid(), solver_, state_) {
   options_.Validate();
 }
 
@@ -124,7 +125,7 @@ void Tracker::FollowMotion(const TrackingQuery& query, TrackedFrame* tracked) {
   TrackedFrame again = *tracked;
   again.frame.features =
       MovedOtherwise(*tracked->frame.features, model_.camera(), moving_.grid(), moved_by_, now);
-  if (!solver_.Solve(query, options_.min_motion_support, FallbackConstraint::kNone, &again)) return;
+  if (!solver_.Solve(query, kMinMotionSupport, FallbackConstraint::kNone, &again)) return;
   *tracked = std::move(again);
   moved_by_ = now;
 }

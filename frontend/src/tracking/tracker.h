@@ -20,6 +20,7 @@
 #include "tracking/recognition_sources.h"
 #include "tracking/relocalizer.h"
 #include "tracking/tracked_frame.h"
+#include "tracking/tracker_parameters.h"
 #include "tracking/tracker_state.h"
 #include "tracking/whole_image_source.h"
 
@@ -42,7 +43,8 @@ SensorModelOptions SensorOptions(const TrackerOptions& options);
 class Tracker {
  public:
   // model, sensor: must outlive the tracker.
-  Tracker(const MeasurementModel& model, const TrackerOptions& options, const SensorModel& sensor);
+  Tracker(const MeasurementModel& model, const TrackerOptions& options, const SensorModel& sensor,
+          const TrackerParameters& parameters = {});
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
 
@@ -94,6 +96,7 @@ class Tracker {
   const MeasurementModel& model_;
   const SensorModel& sensor_;
   TrackerOptions options_;
+  TrackerParameters parameters_;
   TrackerState state_;
   MapMatcher matcher_;
   Relocalizer relocalizer_;

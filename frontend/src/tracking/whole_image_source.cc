@@ -11,11 +11,11 @@
 namespace highwall {
 
 WholeImageSource::WholeImageSource(const MapMatcher& matcher, const TrackerOptions& options,
-                                   const DepthGrid& grid, const FrameSolver& solver,
-                                   const TrackerState& state)
+                                   const TrackerParameters& parameters, const DepthGrid& grid,
+                                   const FrameSolver& solver, const TrackerState& state)
     : matcher_(matcher),
       options_(options),
-      aligner_(grid, matcher.model().depth_noise(), options.surfaces.matcher, options.direct),
+      aligner_(grid, matcher.model().depth_noise(), parameters.min_correlation),
       solver_(solver),
       state_(state) {}
 
@@ -70,7 +70,7 @@ std::optional<TrackedFrame> WholeImageSource::MatchLandmarks(const TrackingQuery
   Apply(matcher_.Match(features, T_WC, query.map, query.map.SeenBy<MapLine>(local),
                        Taken(rough.lines)),
         rough.lines);
-  if (!solver_.Solve(query, options_.min_predicted_support, FallbackConstraint::kNone, &rough)) {
+  if (!solver_.Solve(query, kMinPredictedSupport, FallbackConstraint::kNone, &rough)) {
     return std::nullopt;
   }
   return rough;

@@ -10,6 +10,7 @@
 #include "pose/direct_alignment.h"
 #include "tracking/frame_solver.h"
 #include "tracking/pose_hypothesis.h"
+#include "tracking/tracker_parameters.h"
 #include "tracking/tracker_state.h"
 
 namespace highwall {
@@ -20,7 +21,8 @@ namespace highwall {
 class WholeImageSource : public PoseSource {
  public:
   // All must outlive it. grid: of the depth grids.
-  WholeImageSource(const MapMatcher& matcher, const TrackerOptions& options, const DepthGrid& grid,
+  WholeImageSource(const MapMatcher& matcher, const TrackerOptions& options,
+                   const TrackerParameters& parameters, const DepthGrid& grid,
                    const FrameSolver& solver, const TrackerState& state);
 
   bool IsDue(const TrackingQuery& query, const PoseSearch& so_far) const override;

@@ -28,44 +28,9 @@ struct DegeneracyOptions {
   void Validate() const;
 };
 
-// Options of the surface matching between two images.
-struct SurfaceMatcherOptions {
-  int stride = 2;              // [cells] >= 1, between the centres of patches
-  int radius = 4;              // [cells] >= 1: a patch has 2 radius + 1 cells to a side
-  double min_share = 0.7;      // (0, 1]: cells of a patch that must belong to its surface
-  double max_incidence = 1.3;  // [rad] (0, pi/2): between the ray and the normal
-  // [rad] > 0: standard deviation of a normal. Less certain normals would constrain a pose in
-  // directions that the surface does not observe.
-  double max_tilt = 0.05;
-  double gate_sigmas = 4.0;  // > 0: a point farther off its plane is rejected; plus
-  double gate = 0.03;        // [m] >= 0, for the error of the pose
-
-  // Throws InvalidArgument naming the field.
-  void Validate() const;
-};
-
-// Options of the direct alignment of whole images (DirectAligner).
+// Options of the direct alignment of whole images, for a pose that nothing else determines.
 struct DirectAlignmentOptions {
   bool enabled = true;
-  int min_rows = 30;             // >= 1, on patches
-  double min_correlation = 0.8;  // [0, 1): of the grey levels of both
-  double max_sigma = 0.05;       // [m] > 0: a pose whose worst direction exceeds this is rejected
-
-  // Throws InvalidArgument naming the field.
-  void Validate() const;
-};
-
-// Criteria for dynamic landmarks.
-struct LandmarkMotionOptions {
-  int min_points = 8;      // >= 1: inconsistent with the pose of all others ...
-  double min_share = 0.7;  // (0, 1]: and this share of those that are tested
-  // > 0: of an inconsistent point, in units of the noise of the others: 99.999 % with 3 rows, since
-  // errors of landmarks on one surface are correlated.
-  double chi2 = 25.9;
-  int min_support = 20;    // >= 6: of the others (PoseSolverOptions) ...
-  double outnumber = 1.0;  // > 0: and this many times that of the tested ones
-
-  void Validate() const;
 };
 
 }  // namespace highwall
