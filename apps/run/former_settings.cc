@@ -15,6 +15,12 @@ struct Renamed {
   std::string_view before, now;
 };
 constexpr std::array kRenamed = {
+    Renamed{"measurement.search.motion_radius", "measurement.motion_radius"},
+    Renamed{"measurement.search.motion_match.max_hamming", "measurement.max_hamming.projection"},
+    Renamed{"measurement.search.map_match.max_hamming", "measurement.max_hamming.projection"},
+    Renamed{"measurement.line_matches.mad_rule", "measurement.mad_rule"},
+    Renamed{"tracker.relocalizer.max_hamming", "measurement.max_hamming.relocalization"},
+    Renamed{"mapper.triangulation.max_hamming", "measurement.max_hamming.triangulation"},
     Renamed{"loops.detector.min_found_apart", "loops.detector.min_match_ratio_across_submaps"},
     Renamed{"loops.detector.overwhelming", "loops.detector.decisive_ratio"},
     Renamed{"submaps.patience", "submaps.lost_timeout"},
@@ -40,6 +46,23 @@ constexpr std::array kReplacedByThreads = {
 
 // Constants now.
 constexpr std::array kConstants = {
+    Former{"measurement.search.map_radius", "4"},
+    Former{"measurement.search.min_view_cosine", "0.5"},
+    Former{"measurement.search.motion_match.ratio", "0.9"},
+    Former{"measurement.search.motion_match.max_angle_diff", "30"},
+    Former{"measurement.search.map_match.ratio", "0.8"},
+    Former{"measurement.search.map_match.max_angle_diff", "30"},
+    Former{"measurement.search.min_line_pixels", "15"},
+    Former{"measurement.line_matches.small_motion.max_angle", "0.1745"},
+    Former{"measurement.line_matches.small_motion.min_length_ratio", "0.5"},
+    Former{"measurement.line_matches.small_motion.max_midpoint_distance", "30"},
+    Former{"measurement.line_matches.large_motion.max_angle", "0.6"},
+    Former{"measurement.line_matches.large_motion.min_length_ratio", "0.3"},
+    Former{"measurement.line_matches.large_motion.max_midpoint_distance", "200"},
+    Former{"measurement.line_matches.max_distance", "80"},
+    Former{"measurement.line_matches.ratio", "0.85"},
+    Former{"measurement.line_matches.mad_k", "3"},
+    Former{"measurement.line_matches.min_deviation", "0.0087"},
     Former{"tracker.pose.point_huber", "2.4"},
     Former{"tracker.pose.line_huber", "2.4"},
     Former{"tracker.pose.plane_huber", "1.5"},
@@ -51,7 +74,6 @@ constexpr std::array kConstants = {
     Former{"tracker.pose.max_iterations", "6"},
     Former{"tracker.pose.min_support", "6"},
     Former{"tracker.relocalizer.candidates", "5"},
-    Former{"tracker.relocalizer.max_hamming", "60"},
     Former{"tracker.relocalizer.ratio", "0.8"},
     Former{"tracker.relocalizer.min_matches", "15"},
     Former{"tracker.relocalizer.min_inliers", "20"},
@@ -111,7 +133,6 @@ constexpr std::array kConstants = {
     Former{"mapper.triangulation.min_views", "3"},
     Former{"mapper.triangulation.scarce_points", "100"},
     Former{"mapper.triangulation.max_depth_sigma", "0.1"},
-    Former{"mapper.triangulation.max_hamming", "50"},
     Former{"mapper.triangulation.ratio", "0.8"},
     Former{"loops.graph.step_translation", "0.005"},
     Former{"loops.graph.step_rotation", "0.003"},

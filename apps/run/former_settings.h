@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "files/yaml_reader.h"
+#include <highwall/frontend/input/yaml_reader.h>
 
 namespace highwall::apps {
 

@@ -49,7 +49,7 @@ nlohmann::json ToJson(const SlamRunOptions& options) {
           {"orb_features", frame.orb.features},
           {"orb_levels", frame.orb.pyramid.levels},
           {"line_detector", ToString(frame.lines.detector)},
-          {"line_outliers", ToString(options.slam.measurement.line_matches.mad_rule)},
+          {"line_outliers", ToString(options.slam.measurement.mad_rule)},
           {"weighting", ToString(options.slam.measurement.weighting)},
           {"virtual_baseline_m", options.slam.measurement.baseline},
           {"moving_objects", options.slam.tracker.moving.enabled},

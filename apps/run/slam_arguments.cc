@@ -52,7 +52,7 @@ void ApplySwitches(const SlamArguments& arguments, SlamOptions* slam) {
   apply(arguments.point_detector, &slam->frame.point_detector);
   apply(arguments.detector, &slam->frame.lines.detector);
   apply(arguments.weighting, &slam->measurement.weighting);
-  apply(arguments.mad_rule, &slam->measurement.line_matches.mad_rule);
+  apply(arguments.mad_rule, &slam->measurement.mad_rule);
   apply(arguments.moving_objects, &slam->tracker.moving.enabled);
   apply(arguments.frame_timing, &slam->tracker.timing);
   apply(arguments.coupling, &slam->inertial.coupling);

@@ -150,8 +150,9 @@ TEST_F(LocalMapperTest, LandmarksOfNeighboursThatWereNotTrackedAreFound) {
 
 TEST_F(LocalMapperTest, LinesOfNeighboursPassTheOutlierRuleOfTheModel) {
   for (const bool strict : {false, true}) {
-    const MeasurementModel rule(IdealSensor(),
-                                strict ? testing::kStrictLines : MeasurementOptions());
+    const MeasurementModel rule = strict ? MeasurementModel(IdealSensor(), testing::kStrictRule,
+                                                            Pose(), {}, testing::kStrictLines)
+                                         : MeasurementModel(IdealSensor(), {});
     LocalMapper mapper(rule, {});
     map = Map();
     std::ranges::fill(point_ids, kNoId);

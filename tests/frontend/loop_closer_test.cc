@@ -55,7 +55,8 @@ TEST(LoopCloser, TakesTheDriftOutOfTheLoop) {
 
 TEST(LoopCloser, LinesPassTheOutlierRuleOfTheModel) {
   LoopSceneOptions options = kDrifting;
-  options.measurement = testing::kStrictLines;
+  options.measurement = testing::kStrictRule;
+  options.matching = testing::kStrictLines;
   LoopScene scene(options);
   const auto reports = Walk(scene, {});
   ASSERT_FALSE(reports.empty());

@@ -44,7 +44,9 @@ TEST_F(LoopDetectorTest, FindsTheReturnToTheStartInSpiteOfDrift) {
 }
 
 TEST_F(LoopDetectorTest, LinesPassTheOutlierRuleOfTheModel) {
-  LoopScene scene({.drift = {0.02, 0.0, 0.01}, .measurement = testing::kStrictLines});
+  LoopScene scene({.drift = {0.02, 0.0, 0.01},
+                   .measurement = testing::kStrictRule,
+                   .matching = testing::kStrictLines});
   const auto loop = Feed(scene);
   ASSERT_TRUE(loop);
   EXPECT_GT(loop->matches.points.size(), 30u);

@@ -133,13 +133,13 @@ TEST_F(MapMatcherTest, MatchesTheLandmarksOfTheLastFrame) {
   const std::vector<PointId>& last_points = scene_map.map.keyframe(0_kf)->points;
   // The prediction is the previous pose: the window must cover the motion in the image, up to 20
   // px.
-  const MeasurementModel wide_model(IdealSensor(), {.search = {.motion_radius = 30.0}});
+  const MeasurementModel wide_model(IdealSensor(), {.motion_radius = 30.0});
   const MapMatcher wide(wide_model);
   const LandmarkMatches<MapPoint> matches =
       wide.MatchLast(*next.features, kPose, scene_map.map, *view.features, last_points);
   ExpectTrue(matches, next);
   EXPECT_GT(matches.size(), next.points.size() * 8 / 10);
-  const MeasurementModel narrow_model(IdealSensor(), {.search = {.motion_radius = 15.0}});
+  const MeasurementModel narrow_model(IdealSensor(), {.motion_radius = 15.0});
   const MapMatcher narrow(narrow_model);
   EXPECT_EQ(
       narrow.MatchLast(*next.features, kPose, scene_map.map, *view.features, last_points, 2.0),
@@ -186,15 +186,15 @@ TEST_F(MapMatcherTest, LinesPassTheOutlierRuleOfTheModel) {
   const SyntheticView next = Look(scene, IdealSensor(), kNext);
   // The guess is slightly off, so that no two lines have the same displacement.
   const Pose guess = kNext * Pose::FromTangent({0.01, 0.0, 0.01}, {0.0, 0.0, 0.01});
-  const auto matches = [&](const MeasurementOptions& options) {
-    const MeasurementModel rule(IdealSensor(), options);
+  const auto matches = [&](const MeasurementOptions& options, const MatchingOptions& matching) {
+    const MeasurementModel rule(IdealSensor(), options, Pose(), {}, matching);
     return MapMatcher(rule)
         .Match(*next.features, guess, scene_map.map, scene_map.map.ids<MapLine>(),
                NoneOf(next.lines.size()))
         .size();
   };
-  EXPECT_GT(matches({}), 15U);
-  EXPECT_LE(matches(testing::kStrictLines), 2U);
+  EXPECT_GT(matches({}, {}), 15U);
+  EXPECT_LE(matches(testing::kStrictRule, testing::kStrictLines), 2U);
 }
 
 TEST_F(MapMatcherTest, FindsLinesWithoutDescriptorsByTheirGates) {

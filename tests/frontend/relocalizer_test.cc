@@ -10,6 +10,7 @@ namespace {
 using testing::AngleError;
 using testing::IdealSensor;
 using testing::kStrictLines;
+using testing::kStrictRule;
 using testing::Look;
 using testing::MakeScene;
 using testing::PositionError;
@@ -259,7 +260,8 @@ TEST(RelocalizerOnLines, TheirMatchesPassTheOutlierRuleOfTheModel) {
   scene_map.Add(Look(scene, IdealSensor(), kKeyFrames[1]), kKeyFrames[1]);
   const Pose truth = Pose::FromTangent({0.15, 0.05, 0}, {0.02, -0.15, 0.03});
   const SyntheticView view = Look(scene, IdealSensor(), truth);
-  const MeasurementModel model(IdealSensor(), {}), strict(IdealSensor(), kStrictLines);
+  const MeasurementModel model(IdealSensor(), {});
+  const MeasurementModel strict(IdealSensor(), kStrictRule, Pose(), {}, kStrictLines);
   EXPECT_TRUE(Relocalizer(model, {}).Relocalize(*view.features, scene_map.map));
   EXPECT_FALSE(Relocalizer(strict, {}).Relocalize(*view.features, scene_map.map));
 }

@@ -35,6 +35,7 @@ using testing::operator""_kf;
 struct Shared {
   MeasurementOptions measurement{.weighting = Weighting::kPaper};  // which uses the baseline
   PyramidOptions pyramid{};
+  MatchingOptions matching{};
 };
 
 enum Stage { kTracking = 1, kRelocalization = 2, kMapping = 4, kLoops = 8 };
@@ -49,7 +50,7 @@ struct Case {
   std::function<void(Shared&)> set;
 };
 
-// map_match.ratio and min_deviation are missing, because the scene is too easy for them.
+// map_ratio and min_deviation are missing, because the scene is too easy for them.
 std::vector<Case> Cases() {
   return {
       {"weighting", kAll, [](Shared& s) { s.measurement.weighting = Weighting::kCovariance; }},
@@ -58,31 +59,27 @@ std::vector<Case> Cases() {
       {"line_sigma", kAll, [](Shared& s) { s.measurement.line_sigma = 3.0; }},
       {"levels", kProjecting, [](Shared& s) { s.pyramid.levels = 2; }},
       {"scale_factor", kAll, [](Shared& s) { s.pyramid.scale_factor = 1.5; }},
-      {"motion_radius", kTracking, [](Shared& s) { s.measurement.search.motion_radius = 3.0; }},
-      {"map_radius", kProjecting, [](Shared& s) { s.measurement.search.map_radius = 0.5; }},
-      {"min_view_cosine", kProjecting,
-       [](Shared& s) { s.measurement.search.min_view_cosine = 0.9999; }},
-      {"min_line_pixels", kProjecting,
-       [](Shared& s) { s.measurement.search.min_line_pixels = 120.0F; }},
-      {"motion_match.max_hamming", kTracking,
-       [](Shared& s) { s.measurement.search.motion_match.max_hamming = 9; }},
-      {"motion_match.ratio", kTracking,
-       [](Shared& s) { s.measurement.search.motion_match.ratio = 0.01; }},
-      {"motion_match.max_angle_diff", kTracking,
-       [](Shared& s) { s.measurement.search.motion_match.max_angle_diff = 2.0; }},
-      {"map_match.max_hamming", kProjectingChanged,
-       [](Shared& s) { s.measurement.search.map_match.max_hamming = 9; }},
+      {"motion_radius", kTracking, [](Shared& s) { s.measurement.motion_radius = 3.0; }},
+      {"map_radius", kProjecting, [](Shared& s) { s.matching.map_radius = 0.5; }},
+      {"min_view_cosine", kProjecting, [](Shared& s) { s.matching.min_view_cosine = 0.9999; }},
+      {"min_line_pixels", kProjecting, [](Shared& s) { s.matching.min_line_pixels = 120.0F; }},
+      {"max_hamming.projection", kProjectingChanged,
+       [](Shared& s) { s.measurement.max_hamming.projection = 9; }},
+      {"max_hamming.relocalization", kRelocalization,
+       [](Shared& s) { s.measurement.max_hamming.relocalization = 9; }},
+      {"motion_ratio", kTracking, [](Shared& s) { s.matching.motion_ratio = 0.01; }},
+      {"max_angle_diff", kTracking, [](Shared& s) { s.matching.max_angle_diff = 2.0; }},
       {"small_motion", kProjecting,
-       [](Shared& s) { s.measurement.line_matches.small_motion.max_midpoint_distance = 0.5; }},
+       [](Shared& s) { s.matching.lines.small_motion.max_midpoint_distance = 0.5; }},
       {"large_motion", kRelocalization | kLoops,
-       [](Shared& s) { s.measurement.line_matches.large_motion.max_midpoint_distance = 1.0; }},
+       [](Shared& s) { s.matching.lines.large_motion.max_midpoint_distance = 1.0; }},
       {"max_distance", kTracking | kRelocalization | kMapping,
-       [](Shared& s) { s.measurement.line_matches.max_distance = 9; }},
-      {"ratio", kRelocalization, [](Shared& s) { s.measurement.line_matches.ratio = 0.01; }},
+       [](Shared& s) { s.matching.lines.max_distance = 9; }},
+      {"ratio", kRelocalization, [](Shared& s) { s.matching.lines.ratio = 0.01; }},
       {"mad_rule and mad_k", kAll,
        [](Shared& s) {
-         s.measurement.line_matches.mad_rule = MadRule::kPaper;
-         s.measurement.line_matches.mad_k = 1e-9;
+         s.measurement.mad_rule = MadRule::kPaper;
+         s.matching.lines.mad_k = 1e-9;
        }},
   };
 }
@@ -157,8 +154,8 @@ class SharedOptions : public ::testing::Test {
   Outcome Relocalize(const MeasurementModel& model) const {
     const auto found = Relocalizer(model, {}).Relocalize(*view_.features, known_.map);
     if (!found) return {};
-    Outcome outcome{static_cast<double>(found->points.size()),
-                    static_cast<double>(found->lines.size())};
+    Outcome outcome{static_cast<double>(found->matches.points.size()),
+                    static_cast<double>(found->matches.lines.size())};
     Append(found->T_WC, outcome);
     return outcome;
   }
@@ -211,7 +208,8 @@ class SharedOptions : public ::testing::Test {
 
 TEST_F(SharedOptions, EachFieldReachesEveryStageThatUsesIt) {
   const auto outcomes = [&](const Shared& shared) {
-    const MeasurementModel model(IdealSensor(), shared.measurement, Pose(), shared.pyramid);
+    const MeasurementModel model(IdealSensor(), shared.measurement, Pose(), shared.pyramid,
+                                 shared.matching);
     return std::vector<Outcome>{Track(model), Relocalize(model), MapLocally(model),
                                 CloseLoop(model)};
   };

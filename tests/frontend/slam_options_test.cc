@@ -127,26 +127,10 @@ const Edge kEdges[] = {
     {"measurement.baseline", {0}},
     {"measurement.point_sigma", {0}},
     {"measurement.line_sigma", {-1}},
-    {"measurement.search.motion_radius", {0}},
-    {"measurement.search.map_radius", {0}},
-    {"measurement.search.min_view_cosine", {-1.1, 1.1}},
-    {"measurement.search.motion_match.max_hamming", {-1, 257}},
-    {"measurement.search.motion_match.ratio", {0, 1.1}},
-    {"measurement.search.motion_match.max_angle_diff", {0}},
-    {"measurement.search.map_match.max_hamming", {-1, 257}},
-    {"measurement.search.map_match.ratio", {0, 1.1}},
-    {"measurement.search.map_match.max_angle_diff", {0}},
-    {"measurement.search.min_line_pixels", {0.5}},
-    {"measurement.line_matches.small_motion.max_angle", {0, 1.6}},
-    {"measurement.line_matches.small_motion.min_length_ratio", {-0.1, 1}},
-    {"measurement.line_matches.small_motion.max_midpoint_distance", {0}},
-    {"measurement.line_matches.large_motion.max_angle", {0, 1.6}},
-    {"measurement.line_matches.large_motion.min_length_ratio", {-0.1, 1}},
-    {"measurement.line_matches.large_motion.max_midpoint_distance", {0}},
-    {"measurement.line_matches.max_distance", {-1, 257}},
-    {"measurement.line_matches.ratio", {0, 1.1}},
-    {"measurement.line_matches.mad_k", {0}},
-    {"measurement.line_matches.min_deviation", {-0.1}},
+    {"measurement.motion_radius", {0}},
+    {"measurement.max_hamming.projection", {-1, 257}},
+    {"measurement.max_hamming.relocalization", {-1, 257}},
+    {"measurement.max_hamming.triangulation", {-1, 257}},
     {"tracker.moving.max_share", {0, 1.1}},
     {"tracker.degeneracy.max_sigma", {0}},
     {"tracker.min_support", {1, 5}},
@@ -213,24 +197,52 @@ const Edge kEdges[] = {
 struct Toolbox {
   BundleAdjustmentOptions bundle{};
   PoseSolverOptions pose{};
+  MatchingOptions matching{};
 };
 
 void ForEachOption(OptionsOf<Toolbox> auto& options, const auto& visit) {
   visit("bundle", options.bundle);
   visit("pose", options.pose);
+  visit("matching", options.matching);
 }
 
 const Edge kToolboxEdges[] = {
-    {"bundle.point_huber", {0}},      {"bundle.line_huber", {-1}},
-    {"bundle.inliers.chi2_1", {0}},   {"bundle.inliers.chi2_2", {0}},
-    {"bundle.inliers.chi2_3", {0}},   {"bundle.inliers.chi2_4", {0}},
-    {"bundle.first_iterations", {0}}, {"bundle.second_iterations", {0}},
-    {"bundle.tolerance", {-1e-6}},    {"bundle.trust_region", {0, kInfinity}},
-    {"pose.point_huber", {0}},        {"pose.line_huber", {0}},
-    {"pose.plane_huber", {0}},        {"pose.inliers.chi2_1", {0}},
-    {"pose.inliers.chi2_2", {0}},     {"pose.inliers.chi2_3", {0}},
-    {"pose.inliers.chi2_4", {0}},     {"pose.rounds", {0}},
-    {"pose.max_iterations", {0}},     {"pose.min_support", {2}},
+    {"bundle.point_huber", {0}},
+    {"bundle.line_huber", {-1}},
+    {"bundle.inliers.chi2_1", {0}},
+    {"bundle.inliers.chi2_2", {0}},
+    {"bundle.inliers.chi2_3", {0}},
+    {"bundle.inliers.chi2_4", {0}},
+    {"bundle.first_iterations", {0}},
+    {"bundle.second_iterations", {0}},
+    {"bundle.tolerance", {-1e-6}},
+    {"bundle.trust_region", {0, kInfinity}},
+    {"pose.point_huber", {0}},
+    {"pose.line_huber", {0}},
+    {"pose.plane_huber", {0}},
+    {"pose.inliers.chi2_1", {0}},
+    {"pose.inliers.chi2_2", {0}},
+    {"pose.inliers.chi2_3", {0}},
+    {"pose.inliers.chi2_4", {0}},
+    {"pose.rounds", {0}},
+    {"pose.max_iterations", {0}},
+    {"pose.min_support", {2}},
+    {"matching.map_radius", {0}},
+    {"matching.min_view_cosine", {-1.1, 1.1}},
+    {"matching.min_line_pixels", {0.5}},
+    {"matching.motion_ratio", {0, 1.1}},
+    {"matching.map_ratio", {0, 1.1}},
+    {"matching.max_angle_diff", {0}},
+    {"matching.lines.small_motion.max_angle", {0, 1.6}},
+    {"matching.lines.small_motion.min_length_ratio", {-0.1, 1}},
+    {"matching.lines.small_motion.max_midpoint_distance", {0}},
+    {"matching.lines.large_motion.max_angle", {0, 1.6}},
+    {"matching.lines.large_motion.min_length_ratio", {-0.1, 1}},
+    {"matching.lines.large_motion.max_midpoint_distance", {0}},
+    {"matching.lines.max_distance", {-1, 257}},
+    {"matching.lines.ratio", {0, 1.1}},
+    {"matching.lines.mad_k", {0}},
+    {"matching.lines.min_deviation", {-0.1}},
 };
 
 // Calls a function with its part of the options.
@@ -239,6 +251,7 @@ void Use(const std::string& part, const Toolbox& options) {
   Map map;
   if (part == "bundle") AdjustBundle(map, model, {}, {}, options.bundle);
   if (part == "pose") options.pose.Validate();
+  if (part == "matching") MeasurementModel(RgbdSensor(), {}, Pose(), {}, options.matching);
 }
 
 // Creates a component of SlamSystem with its part of the options.
@@ -308,9 +321,10 @@ std::vector<std::string> Paths() {
 TEST(SlamOptions, TheTableHasTheFieldsOfEveryStructInTheirOrder) {
   Fields in_table;
   AddFieldsInTable(SlamOptions(), &in_table);
-  EXPECT_EQ(in_table.size(), 33u);
+  EXPECT_EQ(in_table.size(), 30u);
   AddFieldsInTable(BundleAdjustmentOptions(), &in_table);
   AddFieldsInTable(PoseSolverOptions(), &in_table);
+  AddFieldsInTable(MatchingOptions(), &in_table);
   const Fields in_headers = FieldsInHeaders();
   for (const auto& [name, fields] : in_table) {
     ASSERT_EQ(in_headers.count(name), 1u) << name;

@@ -232,8 +232,8 @@ TEST_F(TrackerTest, AnchorMovesTheLastFrame) {
 // finds the landmarks again, within 10 px.
 class TrackerWithoutFallback : public TrackerTest {
  protected:
-  const MeasurementModel narrow_model{IdealSensor(),
-                                      {.search = {.motion_radius = 5.0, .map_radius = 2.0}}};
+  const MeasurementModel narrow_model{
+      IdealSensor(), {.motion_radius = 5.0}, Pose(), {}, {.map_radius = 2.0}};
   static TrackerParameters Parameters() {
     TrackerParameters parameters;
     // Without a prediction the camera is lost.
@@ -338,7 +338,7 @@ class TrackerBeforeTwins : public TrackerInBlur {
     return all;
   }
   TrackedFrame TrackTwins(double doubtful_agreement) {
-    const MeasurementModel narrow_model(IdealSensor(), {.search = {.motion_radius = 10.0}});
+    const MeasurementModel narrow_model(IdealSensor(), {.motion_radius = 10.0});
     TrackerParameters parameters;
     parameters.relocalizer.ransac_iterations = 2000;
     parameters.doubtful_agreement = doubtful_agreement;

@@ -30,6 +30,7 @@ struct LoopSceneOptions {
   std::optional<int> submap_from = {};
   int jump = 0;  // number of keyframes omitted before it
   MeasurementOptions measurement{};
+  MatchingOptions matching{};
 };
 
 class LoopScene {
@@ -37,7 +38,7 @@ class LoopScene {
   // Number of keyframes of the first lap and the beginning of the second.
   int size() const { return options_.per_lap + 12 - options_.jump; }
   explicit LoopScene(const LoopSceneOptions& options)
-      : model(model_sensor, options.measurement), options_(options) {
+      : model(model_sensor, options.measurement, Pose(), {}, options.matching), options_(options) {
     if (options.odometry) odometry_.emplace(*options.odometry);
     std::mt19937 rng(options.seed);
     for (int i = 0; i < options.points; ++i) scene.points.push_back(RandomPoint(rng));

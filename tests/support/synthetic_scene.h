@@ -28,8 +28,8 @@ constexpr double kScaleFactor = kPyramid.scale_factor;
 constexpr int kLevels = kPyramid.levels;
 // An outlier rule that rejects all matches of lines, except for one or two at the mean: for tests
 // of its users.
-inline const MeasurementOptions kStrictLines{
-    .line_matches = {.mad_rule = MadRule::kPaper, .mad_k = 1e-9}};
+inline const MeasurementOptions kStrictRule{.mad_rule = MadRule::kPaper};
+inline const MatchingOptions kStrictLines{.lines = {.mad_k = 1e-9}};
 
 struct ScenePoint {
   Eigen::Vector3d p_W;

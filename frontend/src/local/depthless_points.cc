@@ -12,9 +12,8 @@
 namespace highwall {
 namespace {
 
-// Between corners on each other's epipolar line.
-constexpr int kMaxHamming = 50;       // [bit]
-constexpr double kDistinctive = 0.8;  // best against second best on that line
+// Best against second best of the corners on each other's epipolar line.
+constexpr double kDistinctive = 0.8;
 
 PointView ViewOf(const KeyFrame& keyframe, int index) {
   return {keyframe.T_WC, keyframe.frame.features->points[static_cast<std::size_t>(index)]};
@@ -50,8 +49,9 @@ std::vector<Depthless<MapPoint>> FindDepthlessPoints(const MeasurementModel& mod
   std::vector<bool> wanted(features.points.size());
   for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] = keyframe.points[i] == kNoId;
   std::vector<Track<PointView>> tracks(wanted.size());
-  const EpipolarMatchOptions match{
-      .max_hamming = kMaxHamming, .ratio = kDistinctive, .chi2 = inliers.Of(1)};
+  const EpipolarMatchOptions match{.max_hamming = model.options().max_hamming.triangulation,
+                                   .ratio = kDistinctive,
+                                   .chi2 = inliers.Of(1)};
   for (const KeyFrameId n : neighbours) {
     const KeyFrame& neighbour = *map.keyframe(n);
     std::vector<bool> free(neighbour.points.size());

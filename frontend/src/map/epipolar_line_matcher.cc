@@ -78,7 +78,7 @@ std::vector<std::pair<int, int>> MatchEpipolarLines(const MeasurementModel& mode
   const cv::Mat &descriptors_a = a.features.line_descriptors,
                 &descriptors_b = b.features.line_descriptors;
   if (descriptors_a.empty() || descriptors_b.empty()) return {};
-  const LineMatcherOptions& options = model.options().line_matches;
+  const LineMatcherOptions& options = model.matching().lines;
   const EndWays ways(model, T_BA);
   std::vector<std::pair<int, ImageLine>> candidates;
   for (std::size_t j = 0; j < b.wanted.size(); ++j) {

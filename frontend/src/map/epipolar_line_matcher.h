@@ -8,7 +8,7 @@
 namespace highwall {
 
 // Returns pairs (segment of a, segment of b) that may be one line of unknown depth: similar by
-// model.options().line_matches, and for some depth in front of a's camera each end of a's segment
+// model.matching().lines, and for some depth in front of a's camera each end of a's segment
 // lies on b's line, so that the observed parts overlap, with the brighter side on the same side,
 // and the match is unambiguous. Of several segments of a with the same partner the most similar is
 // kept. Lines along which, or in whose plane, the camera moved are skipped: their depth is

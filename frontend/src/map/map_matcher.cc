@@ -31,7 +31,7 @@ LandmarkMatches<MapPoint> MapMatcher::MatchLast(const FrameFeatures& features, c
         {.id = point->id,
          .uv = uv,
          .depth = p_C.z(),
-         .radius = options().motion_radius * radius_scale * model_.Scale(seen.octave),
+         .radius = model_.options().motion_radius * radius_scale * model_.Scale(seen.octave),
          .min_octave = std::max(0, seen.octave - 1),
          .max_octave = std::min(model_.pyramid().levels - 1, seen.octave + 1),
          .angle = seen.angle >= 0.0F ? std::optional(seen.angle) : std::nullopt,
@@ -39,8 +39,10 @@ LandmarkMatches<MapPoint> MapMatcher::MatchLast(const FrameFeatures& features, c
   }
   LandmarkMatches<MapPoint> matches;
   const std::vector<bool> none_taken(features.points.size(), false);
-  for (const auto& m :
-       MatchProjections(features, projections, none_taken, options().motion_match)) {
+  for (const auto& m : MatchProjections(features, projections, none_taken,
+                                        {.max_hamming = model_.options().max_hamming.projection,
+                                        .ratio = matching().motion_ratio,
+                                        .max_angle_diff = matching().max_angle_diff})) {
     matches.emplace_back(m.feature, projections[static_cast<std::size_t>(m.projection)].id);
   }
   return matches;
@@ -65,10 +67,10 @@ LandmarkMatches<MapPoint> MapMatcher::Match(const FrameFeatures& features, const
     const double slack = model_.pyramid().scale_factor;
     if (distance < point->min_distance / slack || distance > point->max_distance * slack) continue;
     const double cosine = (point->p_W - T_WC.p()).dot(point->normal_W) / distance;
-    if (cosine < options().min_view_cosine) continue;
+    if (cosine < matching().min_view_cosine) continue;
     const int octave = PredictOctave(*point, distance);
     // At a similar viewing angle a point lies nearer to its prediction than in an oblique view.
-    const double radius = options().map_radius * (cosine > 0.998 ? 0.625 : 1.0);
+    const double radius = matching().map_radius * (cosine > 0.998 ? 0.625 : 1.0);
     projections.push_back({.id = id,
                            .uv = uv,
                            .depth = p_C.z(),
@@ -80,7 +82,10 @@ LandmarkMatches<MapPoint> MapMatcher::Match(const FrameFeatures& features, const
     if (visible != nullptr) visible->push_back(id);
   }
   LandmarkMatches<MapPoint> matches;
-  for (const auto& m : MatchProjections(features, projections, taken, options().map_match)) {
+  for (const auto& m : MatchProjections(features, projections, taken,
+                                        {.max_hamming = model_.options().max_hamming.projection,
+                                        .ratio = matching().map_ratio,
+                                        .max_angle_diff = matching().max_angle_diff})) {
     matches.emplace_back(m.feature, projections[static_cast<std::size_t>(m.projection)].id);
   }
   return matches;
@@ -97,7 +102,7 @@ LandmarkMatches<MapLine> MapMatcher::Match(const FrameFeatures& features, const 
     const MapLine* line = map.Find(id);
     if (line == nullptr) continue;
     const auto segment = ProjectSegment(T_CW * line->segment_W, model_.camera());
-    if (!segment || segment->Length() < options().min_line_pixels) continue;
+    if (!segment || segment->Length() < matching().min_line_pixels) continue;
     predicted.segments.push_back(*segment);
     predicted_ids.push_back(id);
     if (visible != nullptr) visible->push_back(id);
@@ -119,8 +124,7 @@ LandmarkMatches<MapLine> MapMatcher::Match(const FrameFeatures& features, const 
     }
   }
   LandmarkMatches<MapLine> matches;
-  for (const FeatureMatch& m :
-       MatchSmallMotion(predicted, observed, model_.options().line_matches)) {
+  for (const FeatureMatch& m : MatchSmallMotion(predicted, observed, matching().lines)) {
     matches.emplace_back(observed_features[static_cast<std::size_t>(m.train)],
                          predicted_ids[static_cast<std::size_t>(m.query)]);
   }

@@ -45,7 +45,7 @@ class MapMatcher {
   int PredictOctave(const MapPoint& point, double distance) const;
 
  private:
-  const MapMatcherOptions& options() const { return model_.options().search; }
+  const MatchingOptions& matching() const { return model_.matching(); }
 
   const MeasurementModel& model_;
 };

@@ -22,8 +22,10 @@ bool HasDirectionFromTheRight(const RgbdSegment& segment) {
 }  // namespace
 
 MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options,
-                                   const Pose& T_BC, const PyramidOptions& pyramid)
+                                   const Pose& T_BC, const PyramidOptions& pyramid,
+                                   const MatchingOptions& matching)
     : options_(options),
+      matching_(matching),
       pyramid_(pyramid),
       camera_(sensor.camera.WithoutDistortion()),
       right_{.fx = sensor.camera.fx, .baseline = options.baseline},
@@ -33,6 +35,8 @@ MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOp
       body_projection_(camera_, T_BC, right_) {
   sensor.Validate();
   options_.Validate();
+  matching_.Validate();
+  matching_.lines.mad_rule = options_.mad_rule;
   pyramid_.Validate();
   for (std::size_t i = 0; i < scales_.size(); ++i) {
     scales_[i] = std::pow(pyramid_.scale_factor, static_cast<int>(i));

@@ -8,12 +8,8 @@ void MeasurementOptions::Validate() const {
   RequireInRange(*this, "MeasurementOptions");
 }
 
-void ProjectionMatchOptions::Validate() const {
-  RequireInRange(*this, "ProjectionMatchOptions");
-}
-
-void MapMatcherOptions::Validate() const {
-  RequireInRange(*this, "MapMatcherOptions");
+void MatchingOptions::Validate() const {
+  RequireInRange(*this, "MatchingOptions");
 }
 
 void InlierBounds::Validate() const {

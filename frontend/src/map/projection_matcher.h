@@ -11,9 +11,15 @@
 #include <highwall/core/pose.h>
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/map/map.h>
-#include <highwall/frontend/map/options.h>
 
 namespace highwall {
+
+// Criteria for matching the descriptors of a landmark and a corner.
+struct ProjectionMatchOptions {
+  int max_hamming = 100;         // [bit] 0 to 256
+  double ratio = 0.9;            // (0, 1]: best against second best of the same pyramid level
+  double max_angle_diff = 30.0;  // [deg] between expected and observed orientation
+};
 
 // Predicted observation of a landmark in an image.
 struct ProjectedPoint {

@@ -242,7 +242,7 @@ TrackedFrame SlamSystem::Impl::Extrapolate(const Frame& frame, FrameResult& resu
 }
 
 LossReason SlamSystem::Impl::ReasonOf(const TrackedFrame& lost) const {
-  const double motion_radius = options_.measurement.search.motion_radius;
+  const double motion_radius = options_.measurement.motion_radius;
   return highwall::ReasonOf(
       *lost.frame.features, lost.diagnostics,
       {.min_features = options_.keyframes.min_features,

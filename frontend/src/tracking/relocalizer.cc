@@ -21,7 +21,6 @@ namespace {
 constexpr int kSampleSize = 3;
 constexpr std::uint32_t kSeed = 1;
 constexpr int kCandidates = 5;        // keyframes verified, most similar first
-constexpr int kMaxHamming = 60;       // [bit] of a match
 constexpr double kDistinctive = 0.8;  // best against second best
 
 // Putative match of a map point and a feature.
@@ -230,7 +229,7 @@ std::optional<Relocalization> Relocalizer::MatchKeyFrame(const FrameFeatures& fe
 std::optional<Relocalization> Relocalizer::MatchLines(const FrameFeatures& features, const Map& map,
                                                       const KeyFrame& keyframe,
                                                       const Pose& guess) const {
-  const auto pairs = PairLines(features, map, keyframe, model_.options().line_matches);
+  const auto pairs = PairLines(features, map, keyframe, model_.matching().lines);
   PoseSolverOptions solver;
   solver.min_support = Support(0, options_.min_line_inliers);
   solver.max_iterations = 15;
@@ -244,9 +243,9 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
                                                        const KeyFrame& keyframe) const {
   std::vector<Pair> pairs;
   std::vector<PosePoint> points;
-  for (const FeatureMatch& match :
-       MatchDescriptors(features.point_descriptors, keyframe.frame.features->point_descriptors,
-                        {.max_distance = kMaxHamming, .ratio = kDistinctive})) {
+  for (const FeatureMatch& match : MatchDescriptors(
+           features.point_descriptors, keyframe.frame.features->point_descriptors,
+           {.max_distance = model_.options().max_hamming.relocalization, .ratio = kDistinctive})) {
     const MapPoint* point = map.Find(keyframe.points[static_cast<std::size_t>(match.train)]);
     if (point == nullptr) continue;
     const PointFeature& feature = features.points[static_cast<std::size_t>(match.query)];
@@ -256,7 +255,7 @@ std::optional<Relocalization> Relocalizer::MatchPoints(const FrameFeatures& feat
     points.push_back(MakePoseObservation(model_, *point, feature));
   }
   if (static_cast<int>(pairs.size()) < options_.min_matches) return std::nullopt;
-  const auto lines = PairLines(features, map, keyframe, model_.options().line_matches);
+  const auto lines = PairLines(features, map, keyframe, model_.matching().lines);
   const auto rough = RansacPose(pairs, points, lines, model_, options_);
   if (!rough) return std::nullopt;
   // A frame to be relocalized is often blurred.

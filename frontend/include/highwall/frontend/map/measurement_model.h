@@ -25,7 +25,8 @@ class MeasurementModel {
  public:
   // pyramid: of the corners. Throws InvalidArgument for bad options.
   MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options,
-                   const Pose& T_BC = Pose(), const PyramidOptions& pyramid = {});
+                   const Pose& T_BC = Pose(), const PyramidOptions& pyramid = {},
+                   const MatchingOptions& matching = {});
 
   // Without distortion.
   const PinholeCamera& camera() const { return camera_; }
@@ -35,6 +36,8 @@ class MeasurementModel {
   // Applies to factors created afterwards.
   void SetExtrinsics(const Pose& T_BC);
   const MeasurementOptions& options() const { return options_; }
+  // With the mad_rule of options().
+  const MatchingOptions& matching() const { return matching_; }
   const PyramidOptions& pyramid() const { return pyramid_; }
   // Size of a pixel of a level in pixels of the finest. octave: in [0, 16), the maximum number of
   // levels.
@@ -87,6 +90,7 @@ class MeasurementModel {
                                                   const RgbdProjection& projection) const;
 
   MeasurementOptions options_;
+  MatchingOptions matching_;
   PyramidOptions pyramid_;
   std::array<double, 16> scales_;  // by octave
   PinholeCamera camera_;

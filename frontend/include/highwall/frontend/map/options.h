@@ -27,36 +27,42 @@ inline constexpr int kSharedToSearch = 10;  // to search the landmarks of one in
 inline constexpr int kSharedByPlace = 15;   // to belong to one place: adjusted and culled together
 inline constexpr int kSharedByEdge = 50;    // to be connected by an edge of the pose graph
 
-// Criteria for matching the descriptors of a landmark and a corner.
-struct ProjectionMatchOptions {
-  int max_hamming = 100;         // [bit] 0 to 256
-  double ratio = 0.9;            // (0, 1]: best against second best of the same pyramid level
-  double max_angle_diff = 30.0;  // [deg] between expected and observed orientation
-
-  void Validate() const;
+// Hamming distances [bit] up to which a corner may be a landmark, all in [0, 256]. Descriptors of
+// another extractor may need others (docs/user_features.md).
+struct MaxHammingOptions {
+  int projection = 100;     // near the place where the landmark is expected
+  int relocalization = 60;  // anywhere in the image
+  int triangulation = 50;   // between corners without depth, on each other's epipolar line
 };
 
-// Options of the search for landmarks in an image.
-struct MapMatcherOptions {
-  double motion_radius = 15.0;  // [px] > 0: search window around the landmarks of the last frame
-  double map_radius = 4.0;  // [px] > 0: around those of the local map; both scale with the level
-  double min_view_cosine = 0.5;  // [-1, 1]: against the mean viewing direction of the point
-  ProjectionMatchOptions motion_match{.max_hamming = 100, .ratio = 0.9};
-  ProjectionMatchOptions map_match{.max_hamming = 100, .ratio = 0.8};
-  float min_line_pixels = 15.0F;  // [px] >= 1: shorter projections are not searched
-
-  void Validate() const;
-};
-
-// Options of the measurement model: how observations become weighted residuals.
+// Options of the measurement model: how observations become weighted residuals, and which features
+// may match.
 struct MeasurementOptions {
   Weighting weighting = Weighting::kCovariance;  // of the rows that carry depth
   double baseline = 0.08;                        // [m] > 0: of the virtual right camera
-  double point_sigma = 0.7;    // [px] > 0: of a corner at pyramid level 0; grows with the level
-  double line_sigma = 1.0;     // [px] > 0: of a segment's end, across it
-  MapMatcherOptions search{};  // for landmarks, by projection
-  LineMatcherOptions line_matches{};  // matching of segments between two images
+  double point_sigma = 0.7;  // [px] > 0: of a corner at pyramid level 0; grows with the level
+  double line_sigma = 1.0;   // [px] > 0: of a segment's end, across it
+  // [px] > 0: search window around the landmarks of the last frame; grows with the level
+  double motion_radius = 15.0;
+  MaxHammingOptions max_hamming{};
+  MadRule mad_rule = MadRule::kMedian;  // outliers among the matched segments
 
+  void Validate() const;
+};
+
+// Further criteria of a match, which are no options of SlamSystem.
+struct MatchingOptions {
+  double map_radius = 4.0;        // [px] > 0: search window around landmarks of the local map
+  double min_view_cosine = 0.5;   // [-1, 1]: against the mean viewing direction of the point
+  float min_line_pixels = 15.0F;  // [px] >= 1: shorter projections are not searched
+  // (0, 1]: best against second best of the same pyramid level, among landmarks of the last frame
+  // and of the local map
+  double motion_ratio = 0.9;
+  double map_ratio = 0.8;
+  double max_angle_diff = 30.0;  // [deg] > 0: between expected and observed orientation
+  LineMatcherOptions lines{};    // mad_rule: that of MeasurementOptions instead
+
+  // Throws InvalidArgument naming the field.
   void Validate() const;
 };
 

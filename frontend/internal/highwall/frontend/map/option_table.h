@@ -17,19 +17,10 @@ void ForEachOption(OptionsOf<InlierBounds> auto& options, const auto& visit) {
   visit("chi2_4", options.chi2_4, Positive());
 }
 
-void ForEachOption(OptionsOf<ProjectionMatchOptions> auto& options, const auto& visit) {
-  visit("max_hamming", options.max_hamming, Within(0, 256).In("bit"));
-  visit("ratio", options.ratio, PositiveShare());
-  visit("max_angle_diff", options.max_angle_diff, Positive().In("deg"));
-}
-
-void ForEachOption(OptionsOf<MapMatcherOptions> auto& options, const auto& visit) {
-  visit("motion_radius", options.motion_radius, Positive().In("px"));
-  visit("map_radius", options.map_radius, Positive().In("px"));
-  visit("min_view_cosine", options.min_view_cosine, Within(-1.0, 1.0));
-  visit("motion_match", options.motion_match);
-  visit("map_match", options.map_match);
-  visit("min_line_pixels", options.min_line_pixels, AtLeast(1.0).In("px"));
+void ForEachOption(OptionsOf<MaxHammingOptions> auto& options, const auto& visit) {
+  visit("projection", options.projection, Within(0, 256).In("bit"));
+  visit("relocalization", options.relocalization, Within(0, 256).In("bit"));
+  visit("triangulation", options.triangulation, Within(0, 256).In("bit"));
 }
 
 void ForEachOption(OptionsOf<MeasurementOptions> auto& options, const auto& visit) {
@@ -37,8 +28,19 @@ void ForEachOption(OptionsOf<MeasurementOptions> auto& options, const auto& visi
   visit("baseline", options.baseline, Positive().In("m"));
   visit("point_sigma", options.point_sigma, Positive().In("px"));
   visit("line_sigma", options.line_sigma, Positive().In("px"));
-  visit("search", options.search);
-  visit("line_matches", options.line_matches);
+  visit("motion_radius", options.motion_radius, Positive().In("px"));
+  visit("max_hamming", options.max_hamming);
+  visit("mad_rule", options.mad_rule);
+}
+
+void ForEachOption(OptionsOf<MatchingOptions> auto& options, const auto& visit) {
+  visit("map_radius", options.map_radius, Positive().In("px"));
+  visit("min_view_cosine", options.min_view_cosine, Within(-1.0, 1.0));
+  visit("min_line_pixels", options.min_line_pixels, AtLeast(1.0).In("px"));
+  visit("motion_ratio", options.motion_ratio, PositiveShare());
+  visit("map_ratio", options.map_ratio, PositiveShare());
+  visit("max_angle_diff", options.max_angle_diff, Positive().In("deg"));
+  visit("lines", options.lines);
 }
 
 void ForEachOption(OptionsOf<KeyFrameIndexOptions> auto& options, const auto& visit) {
