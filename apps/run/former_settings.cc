@@ -46,6 +46,12 @@ constexpr std::array kReplacedByThreads = {
 
 // Constants now.
 constexpr std::array kConstants = {
+    Former{"frame.segment_depth.samples", "24"},
+    Former{"frame.segment_depth.min_valid", "0.5"},
+    Former{"frame.segment_depth.min_inliers", "0.6"},
+    Former{"frame.segment_depth.ransac_iterations", "16"},
+    Former{"frame.segment_depth.seed", "1"},
+    Former{"frame.depth_spread_share", "1"},
     Former{"measurement.search.map_radius", "4"},
     Former{"measurement.search.min_view_cosine", "0.5"},
     Former{"measurement.search.motion_match.ratio", "0.9"},

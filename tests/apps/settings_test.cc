@@ -97,7 +97,7 @@ TEST_F(SettingsTest, TheFileSaysUnitsAndRanges) {
        {"\n  orb:\n    features: 1000  # >= 1\n", "\n    pyramid:\n      levels: 8  # in [1, 16]\n",
         "\n  point_sigma: 0.7  # [px] > 0\n", "    detector: edlines  # lsd, edlines\n",
         "    min_length: 0.04  # [of the longer image side] in (0, 1]\n",
-        "\nlocalize_only: false\n", "    seed: 1\n", "  lost_timeout: 0.3  # [s] >= 0\n"}) {
+        "\nlocalize_only: false\n", "  lost_timeout: 0.3  # [s] >= 0\n"}) {
     EXPECT_NE(file.find(line), std::string::npos) << line;
   }
 }

@@ -143,11 +143,9 @@ TEST(FrameBuilder, DepthOutOfRangeMissingOrNanIsNone) {
 TEST(FrameBuilder, DepthNoiseGrowsWithTheSpreadAroundACorner) {
   const RgbdSensor sensor = SmallSensor();
   for (const double share : {0.0, 0.5}) {
-    FrameBuilderOptions options;
-    options.depth_spread_share = share;
     RgbdImage image = Boxes();
     for (const char* falls : {"to the right", "down"}) {
-      const auto features = FrameBuilder(sensor, options).Build(image);
+      const auto features = FrameBuilder(sensor, {}, nullptr, true, share).Build(image);
       for (const PointFeature& point : features->points) {
         ASSERT_GT(point.depth, 0.0);
         // The ramp falls by 5 mm a pixel, in float depths.

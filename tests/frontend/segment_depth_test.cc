@@ -151,7 +151,7 @@ TEST(FitSegmentDepth, NeedsEnoughMeasurements) {
   };
   EXPECT_TRUE(FitSegmentDepth(segment, measured_up_to(220), {camera}));   // 60 %
   EXPECT_FALSE(FitSegmentDepth(segment, measured_up_to(180), {camera}));  // 40 %
-  EXPECT_TRUE(FitSegmentDepth(segment, measured_up_to(180), {camera}, {.min_valid = 0.3}));
+  EXPECT_TRUE(FitSegmentDepth(segment, measured_up_to(180), {camera}, 0.3));
 }
 
 TEST(FitSegmentDepth, IgnoresDepthOutOfRange) {
@@ -233,7 +233,6 @@ TEST(FitSegmentDepth, RejectsBadArguments) {
                InvalidArgument);
   EXPECT_THROW(FitSegmentDepth({{std::nanf(""), 0.0F}, {1.0F, 1.0F}}, depth, {camera}),
                InvalidArgument);
-  EXPECT_THROW(FitSegmentDepth(kSegment, depth, {camera}, {.samples = 3}), InvalidArgument);
 }
 
 }  // namespace

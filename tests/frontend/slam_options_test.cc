@@ -119,11 +119,6 @@ const Edge kEdges[] = {
     {"frame.sift.contrast_threshold", {0}},
     {"frame.lines.min_length", {0, 1.1}},
     {"frame.lines.max_lines", {0}},
-    {"frame.segment_depth.samples", {3, 65}},
-    {"frame.segment_depth.min_valid", {0, 1.1}},
-    {"frame.segment_depth.min_inliers", {1.1}},
-    {"frame.segment_depth.ransac_iterations", {0}},
-    {"frame.depth_spread_share", {-0.1}},
     {"measurement.baseline", {0}},
     {"measurement.point_sigma", {0}},
     {"measurement.line_sigma", {-1}},
@@ -321,7 +316,7 @@ std::vector<std::string> Paths() {
 TEST(SlamOptions, TheTableHasTheFieldsOfEveryStructInTheirOrder) {
   Fields in_table;
   AddFieldsInTable(SlamOptions(), &in_table);
-  EXPECT_EQ(in_table.size(), 30u);
+  EXPECT_EQ(in_table.size(), 29u);
   AddFieldsInTable(BundleAdjustmentOptions(), &in_table);
   AddFieldsInTable(PoseSolverOptions(), &in_table);
   AddFieldsInTable(MatchingOptions(), &in_table);

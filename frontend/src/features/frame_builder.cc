@@ -72,9 +72,11 @@ const FeatureType& Sound(const FeatureType& kind) {
 }  // namespace
 
 FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
-                           std::shared_ptr<PointExtractor> points, bool parallel)
+                           std::shared_ptr<PointExtractor> points, bool parallel,
+                           double depth_spread_share)
     : sensor_(sensor),
       options_(options),
+      depth_spread_share_(depth_spread_share),
       points_(points ? std::move(points) : MakePointExtractor(options)),
       descriptor_bits_(Sound(feature_type()).descriptor, feature_type().columns),
       line_extractor_(options.lines),
@@ -166,7 +168,7 @@ void FrameBuilder::BuildPoints(ExtractedPoints extracted, const cv::Mat& depth,
     if (reading.depth > 0.0) {
       feature.depth = reading.depth;
       feature.depth_sigma = std::hypot(sensor_.depth_noise.Sigma(reading.depth),
-                                       options_.depth_spread_share * reading.spread);
+                                       depth_spread_share_ * reading.spread);
     }
     feature.uv = sensor_.camera.UndistortPixel({keypoint.pt.x, keypoint.pt.y});
     feature.pixel = Eigen::Vector2f(keypoint.pt.x, keypoint.pt.y);
@@ -188,7 +190,7 @@ void FrameBuilder::BuildLines(LineFeatures lines, const cv::Mat& depth,
   for (const LineSegment& raw : lines.segments) {
     LineFeature feature;
     feature.segment = Undistorted(raw, sensor_.camera);
-    feature.segment_C = FitSegmentDepth(feature.segment, depth, sensor_, options_.segment_depth);
+    feature.segment_C = FitSegmentDepth(feature.segment, depth, sensor_);
     features.lines.push_back(feature);
   }
   features.line_descriptors = lines.descriptors;

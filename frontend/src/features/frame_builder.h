@@ -19,6 +19,11 @@ namespace highwall {
 
 class WorkerTeam;
 
+// Share of the depth spread among a corner's neighbouring pixels that is added to its depth noise:
+// colour and depth are registered to no better than a pixel or two, so that next to a depth edge
+// the reading may be that of the other side.
+inline constexpr double kDepthSpreadShare = 1.0;
+
 // Milliseconds spent in one FrameBuilder::Build.
 struct FrameBuilderTimes {
   double points = 0.0;
@@ -31,7 +36,8 @@ class FrameBuilder {
   // points: the extractor; null: that of the options. parallel: points and lines on two threads;
   // the result is the same. Throws InvalidArgument for bad options.
   FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
-               std::shared_ptr<PointExtractor> points = nullptr, bool parallel = true);
+               std::shared_ptr<PointExtractor> points = nullptr, bool parallel = true,
+               double depth_spread_share = kDepthSpreadShare);
   ~FrameBuilder();
 
   // Throws InvalidArgument if the images do not match the sensor; so does Build(), and also if the
@@ -57,6 +63,7 @@ class FrameBuilder {
 
   RgbdSensor sensor_;
   FrameBuilderOptions options_;
+  double depth_spread_share_;
   std::shared_ptr<PointExtractor> points_;
   DescriptorBits descriptor_bits_;
   LineExtractor line_extractor_;

@@ -21,10 +21,6 @@ void LineExtractorOptions::Validate() const {
   RequireInRange(*this, "LineExtractorOptions");
 }
 
-void SegmentDepthOptions::Validate() const {
-  RequireInRange(*this, "SegmentDepthOptions");
-}
-
 void FrameBuilderOptions::Validate() const {
   RequireInRange(*this, "FrameBuilderOptions");
   HIGHWALL_REQUIRE(use_points || use_lines,

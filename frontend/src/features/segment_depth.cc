@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include <Eigen/LU>
@@ -12,10 +13,13 @@
 namespace highwall {
 namespace {
 
-constexpr int kMaxSamples = 64;  // upper bound of SegmentDepthOptions::samples
+constexpr int kPositions = 24;  // positions along the segment; four depth pixels at each
 constexpr int kPixelsPerSide = 2;
 constexpr double kHalfWidth = 2.0;     // [px] distance of the farthest pixels on each side
 constexpr double kInlierSigmas = 3.0;  // maximum residual of a measurement that fits the line
+constexpr double kMinInliers = 0.6;    // share of the measurements that must fit the line
+constexpr int kRansacIterations = 16;  // per side
+constexpr std::uint32_t kSeed = 1;     // of the random pairs: equal input gives equal output
 constexpr double kMaxRms = 1.5;        // of the inliers' residuals, in sigmas
 
 struct Sample {
@@ -38,7 +42,7 @@ class Samples {
   const Sample& operator[](int i) const { return data_[static_cast<std::size_t>(i)]; }
 
  private:
-  std::array<Sample, 2 * kPixelsPerSide * kMaxSamples> data_;
+  std::array<Sample, 2 * kPixelsPerSide * kPositions> data_;
   int size_ = 0;
 };
 
@@ -68,14 +72,14 @@ struct Fit {
 
 // Collects the depth pixels on one side (-1 or 1) of the segment.
 Samples Collect(const LineSegment& segment, int side, const cv::Mat& depth,
-                const RgbdSensor& sensor, const SegmentDepthOptions& options) {
+                const RgbdSensor& sensor) {
   const PinholeCamera& camera = sensor.camera;
   Samples samples;
   const Eigen::Vector2d s = segment.s.cast<double>(), d = segment.e.cast<double>() - s;
   const Eigen::Vector2d n = Eigen::Vector2d(d.y(), -d.x()).normalized() * side;
   const bool distorted = camera.HasDistortion();
-  for (int i = 0; i < options.samples; ++i) {
-    const double t = (i + 0.5) / options.samples;
+  for (int i = 0; i < kPositions; ++i) {
+    const double t = (i + 0.5) / kPositions;
     for (int k = 1; k <= kPixelsPerSide; ++k) {
       Eigen::Vector2d uv = s + t * d + (k * kHalfWidth / kPixelsPerSide) * n;
       if (distorted) {
@@ -95,18 +99,18 @@ Samples Collect(const LineSegment& segment, int side, const cv::Mat& depth,
 }
 
 // Returns the best model through two samples of one side by the truncated squared residuals (MSAC).
-InverseDepth Ransac(const Samples& samples, const SegmentDepthOptions& options) {
+InverseDepth Ransac(const Samples& samples) {
   const double limit = kInlierSigmas * kInlierSigmas;
   InverseDepth best;
   double best_score = std::numeric_limits<double>::infinity();
-  std::uint32_t state = options.seed;
+  std::uint32_t state = kSeed;
   const auto draw = [&state](int count) {  // linear congruential, high bits
     state = state * 1664525U + 1013904223U;
     return static_cast<int>((static_cast<std::uint64_t>(state) * static_cast<unsigned>(count)) >>
                             32);
   };
   const int half = samples.size() / 2;
-  for (int iteration = 0; iteration < options.ransac_iterations; ++iteration) {
+  for (int iteration = 0; iteration < kRansacIterations; ++iteration) {
     // One sample from each half: a longer baseline gives a better line.
     const Sample& p = samples[draw(half)];
     const Sample& q = samples[half + draw(samples.size() - half)];
@@ -186,8 +190,8 @@ Fit RefineTogether(const std::array<Samples, 2>& sides, const std::array<Fit, 2>
   return Refine(both, middle, Slope::kFitted);
 }
 
-bool IsGood(const Fit& fit, const SegmentDepthOptions& options) {
-  return fit.inlier_share >= options.min_inliers && fit.rms_sigmas <= kMaxRms;
+bool IsGood(const Fit& fit) {
+  return fit.inlier_share >= kMinInliers && fit.rms_sigmas <= kMaxRms;
 }
 
 // Standard deviation of the depth at t: sigma_z = z^2 sigma_rho.
@@ -200,9 +204,7 @@ double DepthDeviation(const Fit& fit, double t) {
 }  // namespace
 
 std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv::Mat& depth,
-                                            const RgbdSensor& sensor,
-                                            const SegmentDepthOptions& options) {
-  options.Validate();
+                                            const RgbdSensor& sensor, double min_measured) {
   const PinholeCamera& camera = sensor.camera;
   HIGHWALL_REQUIRE(
       depth.type() == CV_32FC1 && depth.cols == camera.width && depth.rows == camera.height,
@@ -215,9 +217,9 @@ std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv
   std::array<Fit, 2> fits;
   std::array<bool, 2> measured{};
   for (std::size_t i = 0; i < 2; ++i) {
-    sides[i] = Collect(segment, i == 0 ? -1 : 1, depth, sensor, options);
-    measured[i] = sides[i].size() >= options.min_valid * kPixelsPerSide * options.samples;
-    if (measured[i]) fits[i] = Refine(sides[i], Ransac(sides[i], options), Slope::kZero);
+    sides[i] = Collect(segment, i == 0 ? -1 : 1, depth, sensor);
+    measured[i] = sides[i].size() >= min_measured * kPixelsPerSide * kPositions;
+    if (measured[i]) fits[i] = Refine(sides[i], Ransac(sides[i]), Slope::kZero);
   }
   if (!measured[0] && !measured[1]) return std::nullopt;
 
@@ -225,14 +227,14 @@ std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv
   Fit fit;
   if (measured[0] && measured[1]) {
     fit = RefineTogether(sides, fits);
-    if (!IsGood(fit, options)) {
+    if (!IsGood(fit)) {
       fit = fits[fits[1].model.At(0.5) > fits[0].model.At(0.5)];  // the nearer
       result.depth_edge = true;
     }
   } else {
     fit = fits[measured[1]];
   }
-  if (!IsGood(fit, options)) return std::nullopt;
+  if (!IsGood(fit)) return std::nullopt;
   const double rho_s = fit.model.At(0.0), rho_e = fit.model.At(1.0);
   if (std::min(rho_s, rho_e) * sensor.max_depth < 1.0) return std::nullopt;
 

@@ -8,10 +8,12 @@
 
 #include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/features/line_extractor.h>
-#include <highwall/frontend/features/options.h>
 #include <highwall/frontend/input/sensor.h>
 
 namespace highwall {
+
+// Share of the samples of a side that must be measurements.
+inline constexpr double kMinMeasured = 0.5;
 
 // Fits a robust 3-D line to an image segment (docs/equations.md, section 3). Inverse depth is
 // affine over the image of a plane, so along the segment 1/z(t) = (1 - t)/z_s + t/z_e: two numbers,
@@ -21,10 +23,10 @@ namespace highwall {
 //
 // segment: undistorted pixels (of camera.WithoutDistortion()). depth: CV_32FC1 [m], raw pixels of
 // the sensor's camera, its size; 0, NaN or beyond the sensor's range mean no measurement. Empty if
-// too few pixels are measured or the fit is poor. Throws InvalidArgument for another type or size
-// and for bad options.
+// too few pixels are measured (min_measured, in (0, 1]) or the fit is poor. Throws InvalidArgument
+// for another type or size.
 std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv::Mat& depth,
                                             const RgbdSensor& sensor,
-                                            const SegmentDepthOptions& options = {});
+                                            double min_measured = kMinMeasured);
 
 }  // namespace highwall

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 namespace [[gnu::visibility("default")]] highwall {
 
 // Image pyramid in which corners are detected, the full resolution first.
@@ -68,31 +66,14 @@ struct LineExtractorOptions {
   void Validate() const;
 };
 
-// Options of the depth fit of a segment.
-struct SegmentDepthOptions {
-  int samples = 24;            // positions along the segment, [4, 64]; four depth pixels at each
-  double min_valid = 0.5;      // share of the samples of a side that must be measurements, (0, 1]
-  double min_inliers = 0.6;    // share of the measurements that must fit the line, (0, 1]
-  int ransac_iterations = 16;  // per side, > 0
-  std::uint32_t seed = 1;      // of the random pairs: equal input gives equal output
-
-  // Throws InvalidArgument naming the field.
-  void Validate() const;
-};
-
 // Options of FrameBuilder: the features of a frame.
 struct FrameBuilderOptions {
   PointDetector point_detector = PointDetector::kOrb;
   OrbExtractorOptions orb{};
   SiftExtractorOptions sift{};
   LineExtractorOptions lines{};
-  SegmentDepthOptions segment_depth{};
   bool use_points = true;
   bool use_lines = true;
-  // Share of the depth spread among a corner's neighbouring pixels that is added to its depth
-  // noise, >= 0: colour and depth are registered to no better than a pixel or two, so that next to
-  // a depth edge the reading may be that of the other side.
-  double depth_spread_share = 1.0;
 
   void Validate() const;
 };

@@ -43,23 +43,13 @@ void ForEachOption(OptionsOf<LineExtractorOptions> auto& options, const auto& vi
   visit("descriptors", options.descriptors);
 }
 
-void ForEachOption(OptionsOf<SegmentDepthOptions> auto& options, const auto& visit) {
-  visit("samples", options.samples, Within(4, 64));
-  visit("min_valid", options.min_valid, PositiveShare());
-  visit("min_inliers", options.min_inliers, PositiveShare());
-  visit("ransac_iterations", options.ransac_iterations, AtLeast(1));
-  visit("seed", options.seed);
-}
-
 void ForEachOption(OptionsOf<FrameBuilderOptions> auto& options, const auto& visit) {
   visit("point_detector", options.point_detector);
   visit("orb", options.orb);
   visit("sift", options.sift);
   visit("lines", options.lines);
-  visit("segment_depth", options.segment_depth);
   visit("use_points", options.use_points);
   visit("use_lines", options.use_lines);
-  visit("depth_spread_share", options.depth_spread_share, AtLeast(0.0));
 }
 
 void ForEachOption(OptionsOf<LineGates> auto& options, const auto& visit) {
