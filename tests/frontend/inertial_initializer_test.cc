@@ -30,7 +30,7 @@ struct Trial {
 Trial Initialize(
     const InertialSceneOptions& scene_options, double duration,
     const std::function<void(ImuSample&)>& change = [](ImuSample&) {},
-    const InertialInitializerOptions& options = {}, double overstated = 1.0,
+    const InitializationCriteria& criteria = {}, double overstated = 1.0,
     double accelerometer_range = std::numeric_limits<double>::infinity()) {
   InertialScene scene(scene_options);
   ImuBuffer buffer;
@@ -45,7 +45,7 @@ Trial Initialize(
   }
   ImuCalibration calibration = scene.calibration();
   calibration.accelerometer_range = accelerometer_range;
-  InertialInitializer initializer(calibration, options, true);
+  InertialInitializer initializer(calibration, {}, true, std::nullopt, criteria);
   double t = 0.5;
   for (int k = 0; t <= 0.5 + duration + 1e-9; t = 0.5 + 0.1 * ++k) {
     VisualPose visual = scene.See(t);
@@ -125,14 +125,14 @@ TEST(InertialInitializer, ErrorsAreConsistentWithTheirCovariance) {
 
 TEST(InertialInitializer, NeedsMoreTimeWhereTheNoiseOfImagesIsUnderstated) {
   const InertialSceneOptions scene{.bias = kBias, .T_WN = kTilted};
-  const InertialInitializerOptions options{.max_gravity_sigma = 0.1};  // must not affect the wait
+  const InitializationCriteria criteria{.max_gravity_sigma = 0.1};  // must not affect the wait
   constexpr double kOverstated = 4.0;
   const auto none = [](ImuSample&) {};
-  const InitializationReport early = Initialize(scene, 1.5, none, options, kOverstated).report;
+  const InitializationReport early = Initialize(scene, 1.5, none, criteria, kOverstated).report;
   EXPECT_EQ(early.status, InitializationStatus::kUncertain);
   EXPECT_GT(early.error, 4.0);
-  EXPECT_EQ(Initialize(scene, 1.5, none, options).report.status, InitializationStatus::kReady);
-  const InitializationReport late = Initialize(scene, 5.0, none, options, kOverstated).report;
+  EXPECT_EQ(Initialize(scene, 1.5, none, criteria).report.status, InitializationStatus::kReady);
+  const InitializationReport late = Initialize(scene, 5.0, none, criteria, kOverstated).report;
   EXPECT_EQ(late.status, InitializationStatus::kReady) << late.error;
   EXPECT_GT(late.error, 4.0);
 }
@@ -169,10 +169,9 @@ TEST(InertialInitializer, SaysWhereReadingsAreMissing) {
 }
 
 TEST(InertialInitializer, IsUncertainAsLongAsGravityIs) {
-  InertialInitializerOptions options;
-  options.max_gravity_sigma = 1e-4;
+  const InitializationCriteria criteria{.max_gravity_sigma = 1e-4};
   const Trial run = Initialize(
-      {}, 1.5, [](ImuSample&) {}, options);
+      {}, 1.5, [](ImuSample&) {}, criteria);
   EXPECT_EQ(run.report.status, InitializationStatus::kUncertain);
   EXPECT_GT(run.report.gravity_sigma, 1e-4);
   EXPECT_TRUE(run.report.estimate);
@@ -268,7 +267,8 @@ TEST(InertialInitializer, DropsOldReadingsAndAllOfThemOnRequest) {
   InertialScene scene;
   ImuBuffer buffer;
   for (const ImuSample& reading : scene.Readings(0.0, 12.0)) buffer.Add(reading);
-  InertialInitializer initializer(scene.calibration(), {.max_duration = 2.0}, true);
+  InertialInitializer initializer(scene.calibration(), {}, true, std::nullopt,
+                                  {.max_duration = 2.0});
   for (int k = 0; k <= 300; ++k) {
     const double t = 0.5 + k / 30.0;
     initializer.Add(FromSeconds(t), scene.See(t));

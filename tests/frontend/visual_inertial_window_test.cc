@@ -36,7 +36,8 @@ using testing::StartSigma;
 class Drive {
  public:
   Drive(const InertialSceneOptions& scene, const InertialOptions& options,
-        const StartSigma& sigma = {}, double noise = 1.0, double doubt = 0.0)
+        const StartSigma& sigma = {}, double noise = 1.0, double doubt = 0.0,
+        const MapDrift& drift = {})
       : place_(scene, noise), motion_(scene.motion) {
     InertialScene& truth = place_.scene();
     for (const ImuSample& reading : truth.Readings(0.0, kStart)) buffer_.Add(reading);
@@ -46,7 +47,7 @@ class Drive {
       prior.estimate.covariance.diagonal().head<6>() << position, 0.01 * position;
     }
     window_.emplace(
-        *VisualInertialWindow::Make(truth.calibration(), place_.model(), options, prior));
+        *VisualInertialWindow::Make(truth.calibration(), place_.model(), options, prior, drift));
   }
 
   // map_drifts [m/s]: along x. blind: images show nothing.
@@ -245,10 +246,10 @@ TEST(VisualInertialWindow, PositionAndYawGainNoInformation) {
 
 TEST(VisualInertialWindow, FollowsAMapThatDriftsAlong) {
   InertialOptions options = FewLandmarks();
-  options.tight.map_drift = 5e-3;
   options.window_states = 4;
-  Drive drive({}, options, {}, 0.0);  // image noise alone would move 40 points by as much
-  drive.Go(35, 5e-3);                 // the map shifts by 12 mm, consistently in all keyframes
+  Drive drive({}, options, {}, 0.0, 0.0,
+              {.position = 5e-3});  // image noise alone would move 40 points by as much
+  drive.Go(35, 5e-3);               // the map shifts by 12 mm, consistently in all keyframes
   const Vector15 error = drive.Error();
   // No landmark began before the window, 0.27 s ago, when the map was 1.3 mm away.
   EXPECT_LT(error.head<3>().norm(), 2.5e-3);    // [m]
@@ -263,9 +264,8 @@ TEST(VisualInertialWindow, NoiseOfImagesDoesNotHoldItBackFromAMapThatDriftsOverT
   double position = 0.0, variance = 0.0;
   for (unsigned seed = 1; seed <= kRuns; ++seed) {
     InertialOptions options = FewLandmarks();
-    options.tight.map_drift = 5e-3;
     options.window_states = 4;
-    Drive drive({.seed = seed}, options);
+    Drive drive({.seed = seed}, options, {}, 1.0, 0.0, {.position = 5e-3});
     drive.Go(35, 5e-3);
     const Eigen::Vector3d error = drive.Error().head<3>();
     const Eigen::Matrix3d P = drive.window().newest().covariance.topLeftCorner<3, 3>();

@@ -20,6 +20,10 @@
 namespace highwall {
 namespace {
 
+constexpr double kImageInterval = 0.1;  // [s] between the images used
+constexpr double kMinDuration = 1.0;    // [s] from the first of them to the last
+constexpr double kMaxError = 20.0;      // chi-squared per degree of freedom
+
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
 struct Guess {
@@ -219,9 +223,11 @@ Eigen::Vector3d RateAt(const ImuBuffer& imu, Stamp stamp, const ImuBias& bias) {
 InertialInitializer::InertialInitializer(const ImuCalibration& calibration,
                                          const InertialInitializerOptions& options,
                                          bool free_time_offset,
-                                         const std::optional<Vector6>& extrinsics_sigma)
+                                         const std::optional<Vector6>& extrinsics_sigma,
+                                         const InitializationCriteria& criteria)
     : calibration_(calibration),
       options_(options),
+      criteria_(criteria),
       free_time_offset_(free_time_offset),
       extrinsics_sigma_(extrinsics_sigma) {
   calibration_.Validate();
@@ -230,11 +236,11 @@ InertialInitializer::InertialInitializer(const ImuCalibration& calibration,
 
 void InertialInitializer::Add(Stamp stamp, const VisualPose& visual) {
   // Half a millisecond of jitter in the stamps must not cost an image.
-  if (!images_.empty() && ToSeconds(stamp - images_.back().stamp) < options_.interval - 5e-4) {
+  if (!images_.empty() && ToSeconds(stamp - images_.back().stamp) < kImageInterval - 5e-4) {
     return;
   }
   images_.push_back({stamp, visual});
-  while (ToSeconds(stamp - images_.front().stamp) > options_.max_duration) images_.pop_front();
+  while (ToSeconds(stamp - images_.front().stamp) > criteria_.max_duration) images_.pop_front();
 }
 
 void InertialInitializer::MoveMap(const Pose& T_new_old) {
@@ -252,7 +258,7 @@ std::size_t InertialInitializer::FirstImage(const ImuBuffer& imu, double time_of
 
 double InertialInitializer::MaxGravitySigma() const {
   const double turn = extrinsics_sigma_ ? extrinsics_sigma_->tail<3>().maxCoeff() : 0.0;
-  return std::hypot(options_.max_gravity_sigma, turn);
+  return std::hypot(criteria_.max_gravity_sigma, turn);
 }
 
 InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
@@ -260,7 +266,7 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
   const auto is_short = [&](std::size_t first) {
     if (images_.size() < first + 3) return true;
     report.duration = ToSeconds(images_.back().stamp - images_[first].stamp);
-    return report.duration < options_.min_duration;
+    return report.duration < kMinDuration;
   };
   if (is_short(0)) return report;
 
@@ -280,7 +286,7 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
     motion.Integrate(imu, guess, calibration_);
     const Eigen::Vector3d gravity = MeanGravity(motion);
     report.gravity_norm = gravity.norm();
-    if (std::abs(report.gravity_norm / kStandardGravity - 1.0) > options_.max_gravity_error) {
+    if (std::abs(report.gravity_norm / kStandardGravity - 1.0) > kMaxGravityError) {
       report.status = InitializationStatus::kWrongGravity;
       report.reading_norm = MedianNorm(imu, motion.stamps.front(), motion.stamps.back());
       return report;
@@ -307,12 +313,11 @@ InitializationReport InertialInitializer::Solve(const ImuBuffer& imu) const {
     return report;
   }
   report.gravity_sigma = report.estimate->gravity_sigma() * std::sqrt(std::max(1.0, report.error));
-  if (report.error > options_.max_error) return report;
+  if (report.error > kMaxError) return report;
   // Images significantly worse than their stated covariance need a longer duration.
   constexpr double kChance = 2.0;
   const double factor = report.error > kChance ? std::sqrt(report.error) : 1.0;
-  const double wanted =
-      std::min(factor * options_.min_duration, options_.max_duration - options_.interval);
+  const double wanted = std::min(factor * kMinDuration, criteria_.max_duration - kImageInterval);
   constexpr double kSlack = 1e-3;  // [s] for rounded stamps
   report.status = report.duration < wanted - kSlack || report.gravity_sigma > MaxGravitySigma()
                       ? InitializationStatus::kUncertain

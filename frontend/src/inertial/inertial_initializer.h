@@ -14,9 +14,20 @@
 
 namespace highwall {
 
+// Maximum relative error of the magnitude of gravity.
+inline constexpr double kMaxGravityError = 0.06;
+
+// Criteria of the initialization that are no options of a user.
+struct InitializationCriteria {
+  double max_duration = 8.0;  // [s] > 1; older images are discarded
+  // [rad] > 0; uncertainty of gravity's direction below which initialization succeeds. At rest the
+  // bias of the accelerometer and a tilt are indistinguishable: 0.1 m/s^2 are 0.01 rad.
+  double max_gravity_sigma = 0.015;
+};
+
 enum class InitializationStatus {
-  kTooShort,      // images with a pose over less than min_duration
-  kNoImu,         // readings are missing, or were missing less than min_duration ago
+  kTooShort,      // images with a pose over less than a second
+  kNoImu,         // readings are missing, or were missing less than a second ago
   kUncertain,     // gravity is not accurate enough yet
   kWrongGravity,  // gravity from the readings is not 9.81 m/s^2: their unit?
   kInconsistent,  // images and IMU are inconsistent: extrinsics, clocks, sign of an axis?
@@ -48,7 +59,8 @@ class InertialInitializer {
   InertialInitializer(
       const ImuCalibration& calibration, const InertialInitializerOptions& options,
       bool free_time_offset,
-      const std::optional<Eigen::Matrix<double, 6, 1>>& extrinsics_sigma = std::nullopt);
+      const std::optional<Eigen::Matrix<double, 6, 1>>& extrinsics_sigma = std::nullopt,
+      const InitializationCriteria& criteria = {});
 
   // Adds an image's pose; stamp [ns] of the camera's clock, ascending.
   void Add(Stamp stamp, const VisualPose& visual);
@@ -72,6 +84,7 @@ class InertialInitializer {
 
   ImuCalibration calibration_;
   InertialInitializerOptions options_;
+  InitializationCriteria criteria_;
   bool free_time_offset_;
   std::optional<Eigen::Matrix<double, 6, 1>> extrinsics_sigma_;
   std::deque<Image> images_;

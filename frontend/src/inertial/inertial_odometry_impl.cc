@@ -75,11 +75,11 @@ std::string Decimals(double value) {
   return FixedText(value, 2);
 }
 
-bool IsNearGravity(double norm, const InertialInitializerOptions& options) {
-  return std::abs(norm / kStandardGravity - 1.0) <= options.max_gravity_error;
+bool IsNearGravity(double norm) {
+  return std::abs(norm / kStandardGravity - 1.0) <= kMaxGravityError;
 }
 
-std::string Explain(const InitializationReport& report, const InertialInitializerOptions& options) {
+std::string Explain(const InitializationReport& report) {
   switch (report.status) {
     case InitializationStatus::kTooShort:
       return "more images are needed";
@@ -90,7 +90,7 @@ std::string Explain(const InitializationReport& report, const InertialInitialize
     case InitializationStatus::kWrongGravity:
       return "images and readings together make gravity " + Decimals(report.gravity_norm) +
              " m/s^2 where it is " + Decimals(kStandardGravity) +
-             (IsNearGravity(report.reading_norm, options)
+             (IsNearGravity(report.reading_norm)
                   ? ", and the readings alone " + Decimals(report.reading_norm) +
                         ": the images' poses are poor here; tried again"
                   : ": check the accelerometer's unit and scale");
@@ -127,7 +127,7 @@ std::optional<Eigen::Vector3d> InertialOdometry::Impl::UpInCamera(Stamp image) c
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const ImuSample& sample : interval->samples) mean += sample.accelerometer;
   mean /= static_cast<double>(interval->samples.size());
-  if (!(std::abs(mean.norm() / kStandardGravity - 1.0) < options_.initializer.max_gravity_error)) {
+  if (!(std::abs(mean.norm() / kStandardGravity - 1.0) < kMaxGravityError)) {
     return std::nullopt;
   }
   return (T_BC_.q().conjugate() * mean).normalized();
@@ -220,12 +220,12 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
     return;
   }
   last_attempt_ = observation.image;
-  if (report.reason.empty()) report.reason = Explain(solution, options_.initializer);
+  if (report.reason.empty()) report.reason = Explain(solution);
   reason_ = report.reason;
   if (solution.status != InitializationStatus::kReady) {
     // Readings that are consistent by themselves are no reason to give up the IMU.
     const bool wrong_readings = solution.status == InitializationStatus::kWrongGravity &&
-                                !IsNearGravity(solution.reading_norm, options_.initializer);
+                                !IsNearGravity(solution.reading_norm);
     const bool contradiction =
         solution.status == InitializationStatus::kInconsistent || wrong_readings;
     if (contradiction && ++attempts_ >= options_.max_attempts) status_ = InertialStatus::kGivenUp;

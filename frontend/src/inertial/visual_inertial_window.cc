@@ -37,7 +37,6 @@ Matrix6 SqrtInformationOf(double position, double rotation, const Eigen::Vector3
 SlidingWindowOptions SmootherOptions(const InertialOptions& options,
                                      const std::atomic<bool>* stopped) {
   SlidingWindowOptions smoother{.max_states = options.window_states,
-                                .leaving = options.tight.leaving,
                                 .landmarks = LandmarkPolicy::kMarginalize};
   smoother.solve.stop = stopped;
   return smoother;
@@ -48,9 +47,10 @@ SlidingWindowOptions SmootherOptions(const InertialOptions& options,
 std::optional<VisualInertialWindow> VisualInertialWindow::Make(const ImuCalibration& calibration,
                                                                const MeasurementModel& model,
                                                                const InertialOptions& options,
-                                                               const InertialPrior& prior) {
+                                                               const InertialPrior& prior,
+                                                               const MapDrift& drift) {
   if (!prior.IsFinite()) return std::nullopt;
-  VisualInertialWindow window(calibration, model, options, prior);
+  VisualInertialWindow window(calibration, model, options, prior, drift);
   if (!window.Begin(prior)) return std::nullopt;
   return window;
 }
@@ -58,9 +58,10 @@ std::optional<VisualInertialWindow> VisualInertialWindow::Make(const ImuCalibrat
 VisualInertialWindow::VisualInertialWindow(const ImuCalibration& calibration,
                                            const MeasurementModel& model,
                                            const InertialOptions& options,
-                                           const InertialPrior& prior)
+                                           const InertialPrior& prior, const MapDrift& drift)
     : model_(model),
       options_(options),
+      drift_(drift),
       stopped_(std::make_unique<std::atomic<bool>>(false)),
       smoother_(SmootherOptions(options, stopped_.get())),
       map_loss_(std::make_shared<ceres::HuberLoss>(kHuber)),
@@ -114,8 +115,8 @@ void VisualInertialWindow::AddImuFactor(const State& before, const State& after,
                       before.pose, before.velocity, before.bias, after.pose, after.velocity,
                       after.bias, gravity_);
   const double root = std::sqrt(step.imu->delta().duration);
-  const Matrix6 W = SqrtInformationOf(options_.tight.map_drift * root,
-                                      options_.tight.map_turn * root, newest_.state.T_WB.p());
+  const Matrix6 W =
+      SqrtInformationOf(drift_.position * root, drift_.rotation * root, newest_.state.T_WB.p());
   smoother_.AddFactor(std::make_unique<RelativePose>(Pose(), W), before.T_VW, after.T_VW);
   if (step.stationary) smoother_.AddFactor(std::make_unique<ZeroVelocity>(), after.velocity);
 }

@@ -28,6 +28,13 @@
 
 namespace highwall {
 
+// Standard deviations of the drift of the map's error at the body, which no number of landmarks
+// observes: of position and direction, as a random walk.
+struct MapDrift {
+  double position = 6e-4;  // [m/sqrt(s)] > 0
+  double rotation = 2e-4;  // [rad/sqrt(s)] > 0
+};
+
 // Tightly coupled smoother (docs/inertial_odometry.md): point, line and IMU residuals in one
 // optimization, in a frame V that no correction of the map moves. A state is pose, velocity, bias
 // and T_VW, the current pose of the map's world W: the errors of the map vary along the path.
@@ -45,7 +52,8 @@ class VisualInertialWindow {
   static std::optional<VisualInertialWindow> Make(const ImuCalibration& calibration,
                                                   const MeasurementModel& model,
                                                   const InertialOptions& options,
-                                                  const InertialPrior& prior);
+                                                  const InertialPrior& prior,
+                                                  const MapDrift& drift = {});
 
   // Input of a new state.
   struct Step {
@@ -88,7 +96,8 @@ class VisualInertialWindow {
 
   // prior: finite. The window is to be used only once Begin() has returned true.
   VisualInertialWindow(const ImuCalibration& calibration, const MeasurementModel& model,
-                       const InertialOptions& options, const InertialPrior& prior);
+                       const InertialOptions& options, const InertialPrior& prior,
+                       const MapDrift& drift);
   bool Begin(const InertialPrior& prior);
   // Returns the reason why the step is rejected; empty if it is not.
   std::string TryAdd(const Step& step, const std::stop_token& stop);
@@ -119,6 +128,7 @@ class VisualInertialWindow {
 
   MeasurementModel model_;
   InertialOptions options_;
+  MapDrift drift_;
   std::unique_ptr<std::atomic<bool>> stopped_;  // polled by the smoother
   SlidingWindowSmoother smoother_;
   Variable<UnitDirection> gravity_;  // in V

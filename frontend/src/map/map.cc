@@ -75,6 +75,14 @@ Map Map::CloneOf(std::span<const KeyFrameId> keyframes) const {
   return clone;
 }
 
+KeyFrame* Map::keyframe(KeyFrameId id) {
+  return keyframes_.Find(id);
+}
+
+const KeyFrame* Map::keyframe(KeyFrameId id) const {
+  return keyframes_.Find(id);
+}
+
 KeyFrame& Map::AddKeyFrame(const Frame& frame, const Pose& T_WC, SubmapId submap_id) {
   (void)submap(submap_id);  // throws if there is none
   KeyFrame& keyframe = keyframes_.Add();

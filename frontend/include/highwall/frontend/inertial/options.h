@@ -1,6 +1,5 @@
 #pragma once
 
-#include <highwall/core/sliding_window_smoother.h>
 #include <highwall/factors/imu_buffer.h>
 
 namespace [[gnu::visibility("default")]] highwall {
@@ -36,17 +35,9 @@ struct ImuWeightingOptions {
 
 // Options of the initialization of gravity, biases and velocity.
 struct InertialInitializerOptions {
-  double interval = 0.1;                  // [s] > 0; between the images used
-  double min_duration = 1.0;              // [s] > 0; from the first of them to the last
-  double max_duration = 8.0;              // [s] > min_duration; older ones are discarded
   double gyroscope_bias_sigma = 0.02;     // [rad/s] > 0; prior of the biases
   double accelerometer_bias_sigma = 0.1;  // [m/s^2] > 0
   double time_offset_sigma = 0.02;        // [s] > 0; of the initial guess of the calibration
-  // [rad] > 0; uncertainty of gravity's direction below which initialization succeeds. At rest the
-  // bias of the accelerometer and a tilt are indistinguishable: 0.1 m/s^2 are 0.01 rad.
-  double max_gravity_sigma = 0.015;
-  double max_error = 20.0;          // > 0; chi-squared per degree of freedom
-  double max_gravity_error = 0.06;  // (0, 1); of the magnitude of gravity
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -73,12 +64,6 @@ struct TightWindowOptions {
   double interval = 0.06;
   int max_points = 500;  // >= 0; per image
   int max_lines = 100;   // >= 0
-  // State to marginalize if there are more than InertialOptions::window_states.
-  LeavingPolicy leaving = LeavingPolicy::kOldestFirst;
-  // Standard deviations of the drift of the map's error at the body, which no number of landmarks
-  // observes: of position and direction, as a random walk.
-  double map_drift = 6e-4;  // [m/sqrt(s)] > 0
-  double map_turn = 2e-4;   // [rad/sqrt(s)] > 0
 
   // Throws InvalidArgument naming the field.
   void Validate() const;

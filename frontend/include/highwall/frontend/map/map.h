@@ -56,8 +56,8 @@ class Map {
   }
 
   // Returns nullptr where there is none or it was removed.
-  KeyFrame* keyframe(KeyFrameId id) { return keyframes_.Find(id); }
-  const KeyFrame* keyframe(KeyFrameId id) const { return keyframes_.Find(id); }
+  KeyFrame* keyframe(KeyFrameId id);
+  const KeyFrame* keyframe(KeyFrameId id) const;
   // The same for a landmark: a MapPoint for a PointId, a MapLine for a LineId.
   template <LandmarkKind Landmark>
   Landmark* Find(Id<Landmark> id) {

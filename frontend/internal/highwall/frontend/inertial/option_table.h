@@ -14,9 +14,6 @@ inline constexpr std::array kChoices<ImuWeighting> = {
 template <>
 inline constexpr std::array kChoices<InertialCoupling> = {InertialCoupling::kTight,
                                                           InertialCoupling::kLoose};
-template <>
-inline constexpr std::array kChoices<LeavingPolicy> = {LeavingPolicy::kOldestFirst,
-                                                       LeavingPolicy::kLeastInformation};
 
 void ForEachOption(OptionsOf<ImuWeightingOptions> auto& options, const auto& visit) {
   visit("policy", options.policy);
@@ -24,16 +21,10 @@ void ForEachOption(OptionsOf<ImuWeightingOptions> auto& options, const auto& vis
 }
 
 void ForEachOption(OptionsOf<InertialInitializerOptions> auto& options, const auto& visit) {
-  visit("interval", options.interval, Finite(Positive()).In("s"));
-  visit("min_duration", options.min_duration, Finite(Positive()).In("s"));
-  visit("max_duration", options.max_duration, Finite(Above(options.min_duration)).In("s"));
   visit("gyroscope_bias_sigma", options.gyroscope_bias_sigma, Finite(Positive()).In("rad/s"));
   visit("accelerometer_bias_sigma", options.accelerometer_bias_sigma,
         Finite(Positive()).In("m/s^2"));
   visit("time_offset_sigma", options.time_offset_sigma, Finite(Positive()).In("s"));
-  visit("max_gravity_sigma", options.max_gravity_sigma, Finite(Positive()).In("rad"));
-  visit("max_error", options.max_error, Finite(Positive()));
-  visit("max_gravity_error", options.max_gravity_error, Between(0.0, 1.0));
 }
 
 void ForEachOption(OptionsOf<VisualNoise> auto& options, const auto& visit) {
@@ -47,9 +38,6 @@ void ForEachOption(OptionsOf<TightWindowOptions> auto& options, const auto& visi
   visit("interval", options.interval, Finite(Positive()).In("s"));
   visit("max_points", options.max_points, AtLeast(0));
   visit("max_lines", options.max_lines, AtLeast(0));
-  visit("leaving", options.leaving);
-  visit("map_drift", options.map_drift, Finite(Positive()).In("m/sqrt(s)"));
-  visit("map_turn", options.map_turn, Finite(Positive()).In("rad/sqrt(s)"));
 }
 
 void ForEachOption(OptionsOf<InertialOptions> auto& options, const auto& visit) {
