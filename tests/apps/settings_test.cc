@@ -123,6 +123,45 @@ TEST_F(SettingsTest, NamesOfTheVersionBeforeAreAcceptedAsTheyAre) {
   EXPECT_EQ(SettingsFile({}).find("patience"), std::string::npos) << "written by the new name only";
 }
 
+TEST_F(SettingsTest, NamesOfTheVersionBeforeAreAcceptedInOtherGroups) {
+  const SlamOptions read = Read(
+      "measurement: {search: {motion_radius: 30, motion_match: {max_hamming: 70}},\n"
+      "              line_matches: {mad_rule: paper}}\n"
+      "tracker: {relocalizer: {max_hamming: 45}}\nmapper: {triangulation: {max_hamming: 35}}\n");
+  EXPECT_EQ(read.measurement.motion_radius, 30.0);
+  EXPECT_EQ(read.measurement.max_hamming.projection, 70);
+  EXPECT_EQ(read.measurement.max_hamming.relocalization, 45);
+  EXPECT_EQ(read.measurement.max_hamming.triangulation, 35);
+  EXPECT_EQ(read.measurement.mad_rule, MadRule::kPaper);
+  SlamOptions set;
+  for (const char* setting :
+       {"measurement.search.motion_radius=30", "measurement.search.map_match.max_hamming=70",
+        "measurement.line_matches.mad_rule=paper", "tracker.relocalizer.max_hamming=45",
+        "mapper.triangulation.max_hamming=35"}) {
+    Set(setting, &set);
+  }
+  EXPECT_EQ(SettingsFile(read), SettingsFile(set));
+}
+
+TEST_F(SettingsTest, ConstantsThatWereSettingsAreAcceptedWithTheirDefaultsAlone) {
+  const SlamOptions read = Read(
+      "frame: {segment_depth: {samples: 24}}\n"
+      "tracker: {relocalizer: {ratio: 0.80}, pose: {inliers: {chi2_1: 3.841}}, min_support: 31}\n"
+      "inertial: {tight: {leaving: oldest_first, map_drift: 0.0006}}\n"
+      "loops: {bundle: {tolerance: 0.0001, threads: 2}}\n");
+  EXPECT_EQ(read.tracker.min_support, 31);
+  EXPECT_EQ(ChangedSettings(read).size(), 1u);
+  const std::string gone =
+      "there is no setting tracker.relocalizer.ratio any more: it is a constant now";
+  EXPECT_EQ(Refusal("tracker:\n  relocalizer:\n    ratio: 0.7\n"), file_.string() + ":3: " + gone);
+  EXPECT_EQ(RefusalOf("tracker.relocalizer.ratio=0.7"), gone);
+  EXPECT_EQ(Refusal("inertial: {tight: {leaving: least_information}}\n"),
+            file_.string() +
+                ":1: there is no setting inertial.tight.leaving any more: it is a constant now");
+  EXPECT_EQ(Refusal("tracker:\n  relocalizer:\n    ratoi: 0.7\n"),
+            file_.string() + ":3: unknown key 'ratoi'");
+}
+
 TEST_F(SettingsTest, ThreadOptionsOfTheVersionBeforeAreAcceptedWithTheirDefaultsAlone) {
   const SlamOptions read = Read(
       "frame: {parallel: true}\nmapper: {background: true, bundle: {threads: 1}}\n"
