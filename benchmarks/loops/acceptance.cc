@@ -103,9 +103,8 @@ class Walk {
     if (Chi2(loop) > kOptions.max_loop_chi2) return false;  // rejected by the detector
     Map map = ring_.map.Clone();
     LoopCorrectionResult result;
-    tally_.correction_seconds += WallSeconds([&] {
-      result = CorrectLoop({}, {loop, {}, {}, 0.0}, model_, {}, {}, &map);
-    });
+    tally_.correction_seconds +=
+        WallSeconds([&] { result = CorrectLoop({}, {.edge = loop}, model_, {}, {}, &map); });
     ++tally_.corrections;
     return result.accepted;
   }

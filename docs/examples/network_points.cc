@@ -27,7 +27,7 @@ int main(int argc, char** argv) try {
   slam.Finish();
   highwall::WriteTumTrajectory(argv[4], slam.trajectory());
   std::printf("%zu of %zu frames, %zu points in the map\n", slam.trajectory().size(),
-              dataset.size(), slam.map().num<MapPoint>());
+              dataset.size(), slam.map().num<highwall::MapPoint>());
   return 0;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "network_points: %s\n", error.what());

@@ -19,7 +19,7 @@ class LoopAcceptance : public ::testing::Test {
   bool Accepts(const RingMap& ring, const LoopEdge& loop,
                const std::vector<LoopEdge>& before = {}) const {
     Map map = ring.map.Clone();
-    return CorrectLoop(before, {loop, {}, {}, 0.0}, model_, {}, {}, &map).accepted;
+    return CorrectLoop(before, {.edge = loop}, model_, {}, {}, &map).accepted;
   }
   static double Chi2(const RingMap& ring, const LoopEdge& loop) {
     return *LoopChi2(MakeKeyFrameGraph(ring.map, {}), loop);
