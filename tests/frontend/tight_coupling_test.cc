@@ -215,27 +215,21 @@ TEST_P(CoupledOdometry, FindsWhereTheCameraSits) {
 
 INSTANTIATE_TEST_SUITE_P(SynchronousAndInTheBackground, CoupledOdometry, ::testing::Bool());
 
-// Measures the time of an image in a window with much work, in milliseconds.
 TEST_F(TightCouplingTest, CancelledWorkEndsEarly) {
   options_.tight.max_points = 2000, options_.tight.max_lines = 200;
   Begin();
-  const auto now = [] { return std::chrono::steady_clock::now(); };
-  std::chrono::duration<double> whole{}, waited{}, cancelled{};
-  for (int k = 0; k < 4; ++k) {  // the last one has a window with states and landmarks
+  for (int k = 0; k < 3; ++k) {  // after which the window has states and landmarks
     Feed();
-    const auto begin = now();
-    Await();
-    whole = now() - begin;
+    ASSERT_TRUE(Await().update.accepted);
   }
-  Feed();
-  const auto begin = now();
-  coupling_->Cancel();
-  waited = now() - begin;
-  while (!coupling_->IsDone()) std::this_thread::yield();
-  cancelled = now() - begin;
-  // Little of the work is done if it is cancelled at its very beginning, on however busy a machine.
-  EXPECT_LT(waited, whole) << "it does not wait";
-  EXPECT_LT(cancelled, whole);
+  // On a busy machine the work may be done before it can be cancelled.
+  TightUpdate update{.accepted = true};
+  for (int attempt = 0; update.accepted && attempt < 50; ++attempt) {
+    Feed();
+    coupling_->Cancel();
+    update = Await().update;
+  }
+  EXPECT_EQ(update.reason, "it was stopped");
 }
 
 }  // namespace
