@@ -54,8 +54,9 @@ void AppendLandmarks(const KeyFrame& keyframe, PerKind<LandmarkIds>* all) {
   });
 }
 
-// Gives a new landmark the descriptor of feature `index`. RefreshPoints() selects that of a point.
-void TakeDescriptor(const FrameFeatures&, int, MapPoint*) {}
+// Gives a new line the descriptor of feature `index`. RefreshPoints() selects that of a point.
+template <class Landmark>
+void TakeDescriptor(const FrameFeatures&, int, Landmark*) {}
 void TakeDescriptor(const FrameFeatures& features, int index, MapLine* line) {
   if (features.line_descriptors.empty()) return;
   line->descriptor = DescriptorRow(features.line_descriptors, index);

@@ -6,15 +6,16 @@
 namespace highwall {
 namespace {
 
-// Whether the projection of a matched landmark fits its feature. A line that the matcher accepts
-// does.
+// Whether the projection of a matched landmark fits its feature. One that the matcher accepts does,
+// unless it is a point.
+template <class Feature, class Landmark>
+bool IsInlier(const MeasurementModel&, const Feature&, const Pose&, const Landmark&,
+              const InlierBounds&) {
+  return true;
+}
 bool IsInlier(const MeasurementModel& model, const PointFeature& feature, const Pose& T_WC,
               const MapPoint& point, const InlierBounds& bounds) {
   return model.Chi2(feature, T_WC, point.p_W) <= bounds.Of(MeasurementModel::Dimension(feature));
-}
-bool IsInlier(const MeasurementModel&, const LineFeature&, const Pose&, const MapLine&,
-              const InlierBounds&) {
-  return true;
 }
 
 // Matches landmarks of other keyframes with the features of a keyframe.

@@ -7,6 +7,7 @@
 
 #include <highwall/core/pose.h>
 #include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/landmark.h>
 #include <highwall/frontend/map/map_ids.h>
 #include <highwall/frontend/pose/pose_report.h>
 
@@ -15,8 +16,9 @@
 
 namespace highwall {
 
-// A frame with its pose and its matched landmarks.
-struct TrackedFrame {
+// A frame with its pose and its matched landmarks, inliers only: for each kind, such as `points`,
+// one for each feature, kNoId where unmatched.
+struct TrackedFrame : PerKind<LandmarkIds> {
   Frame frame;
   TrackingState state = TrackingState::kLost;
   bool relocalized = false;        // pose found by relocalization
@@ -24,9 +26,7 @@ struct TrackedFrame {
   Pose T_WC;                       // meaningful where HasPose(state)
   KeyFrameId reference = kNoId;    // the keyframe that shares most landmarks
   SubmapId submap = kFirstSubmap;  // that a keyframe made of it joins
-  std::vector<PointId> points;     // per point feature, kNoId where unmatched; inliers only
-  std::vector<LineId> lines;       // per line feature
-  // Landmarks per feature before outlier rejection.
+  // The same before outlier rejection.
   std::vector<PointId> tried_points;
   std::vector<LineId> tried_lines;
   // Dynamic mask (DynamicObjects::Find); empty without dynamic objects. Masked features have been

@@ -2,7 +2,6 @@
 
 #include <memory>
 #include <optional>
-#include <vector>
 
 #include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
@@ -11,6 +10,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/landmark.h>
 #include <highwall/frontend/map/map_ids.h>
 
 namespace [[gnu::visibility("default")]] highwall {
@@ -28,8 +28,9 @@ struct InertialState {
   double weight = 1.0;  // of its IMU factor: the mean over the images in between
 };
 
-// A keyframe with its pose and the landmarks that it observes.
-struct KeyFrame {
+// A keyframe with its pose and the landmarks that it observes: for each kind, such as `points`, one
+// for each feature, kNoId where unmatched.
+struct KeyFrame : PerKind<LandmarkIds> {
   KeyFrameId id = kNoId;
   SubmapId submap = kFirstSubmap;  // in which it was created
   Frame frame;
@@ -38,8 +39,6 @@ struct KeyFrame {
   // match ratio when it was tracked: share of the landmarks in view; 0: unknown
   double found = 0.0;
   std::optional<InertialState> motion;  // with an initialized IMU
-  std::vector<PointId> points;          // per point feature, kNoId where unmatched
-  std::vector<LineId> lines;            // per line feature
 };
 
 }  // namespace highwall
