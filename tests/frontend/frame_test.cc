@@ -7,6 +7,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/features/lbd_line_extractor.h>
 #include <highwall/frontend/features/orb_extractor.h>
 
 #include "features/frame_builder.h"
@@ -100,7 +101,7 @@ TEST(FrameBuilder, LinesAreUndistortedWithDepthOnThePlane) {
   const RgbdImage image = Boxes();
   const FrameBuilderOptions options;
   const auto features = FrameBuilder(sensor, options).Build(image);
-  LineExtractor extractor(options.lines);
+  LbdLineExtractor extractor(options.lines);
   const LineFeatures raw = extractor.Extract(Gray(image));
   ASSERT_GT(raw.segments.size(), 20u);
   ASSERT_EQ(features->lines.size(), raw.segments.size());
@@ -145,7 +146,7 @@ TEST(FrameBuilder, DepthNoiseGrowsWithTheSpreadAroundACorner) {
   for (const double share : {0.0, 0.5}) {
     RgbdImage image = Boxes();
     for (const char* falls : {"to the right", "down"}) {
-      const auto features = FrameBuilder(sensor, {}, nullptr, true, share).Build(image);
+      const auto features = FrameBuilder(sensor, {}, nullptr, nullptr, true, share).Build(image);
       for (const PointFeature& point : features->points) {
         ASSERT_GT(point.depth, 0.0);
         // The ramp falls by 5 mm a pixel, in float depths.
@@ -164,7 +165,7 @@ TEST(FrameBuilder, TwoThreadsAndOneGiveTheSame) {
   FrameBuilderOptions options;
   const RgbdImage image = Boxes();
   FrameBuilder parallel(SmallSensor(), options);
-  FrameBuilder serial(SmallSensor(), options, nullptr, false);
+  FrameBuilder serial(SmallSensor(), options, nullptr, nullptr, false);
   const auto first = parallel.Build(image);
   ExpectSame(*first, *serial.Build(image));
   ExpectSame(*first, *parallel.Build(image));
@@ -174,7 +175,7 @@ TEST(FrameBuilder, DepthChangedBesideTheExtractionIsThatOfAllFeatures) {
   RgbdImage changed = Boxes();
   changed.depth *= 1.25;
   for (const bool parallel : {true, false}) {
-    FrameBuilder builder(SmallSensor(), {}, nullptr, parallel);
+    FrameBuilder builder(SmallSensor(), {}, nullptr, nullptr, parallel);
     RgbdImage image = Boxes();
     const cv::Mat as_given = image.depth.clone();
     int times = 0;

@@ -11,7 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/features/line_extractor.h>
+#include <highwall/frontend/features/lbd_line_extractor.h>
 #include <highwall/frontend/features/orb_matcher.h>
 
 #include "features/line_refinement.h"
@@ -108,7 +108,7 @@ TEST(LineSegment, AngleIsThatOfTheUndirectedLine) {
 TEST(LineExtractorOptions, NamesTheFieldThatIsOutOfRange) {
   const auto message = [](const LineExtractorOptions& options) -> std::string {
     try {
-      LineExtractor extractor(options);
+      LbdLineExtractor extractor(options);
     } catch (const InvalidArgument& error) {
       return error.what();
     }
@@ -126,7 +126,7 @@ TEST(LineExtractor, AGapIsMeasuredByTheSizeOfTheImage) {
   cv::rectangle(image, cv::Rect(633, 390, 14, 140), cv::Scalar(120), cv::FILLED);
   cv::GaussianBlur(image, image, {}, 1.0);
   AddNoise(&image, 1.0, 3);
-  const LineFeatures lines = LineExtractor(LineExtractorOptions{}).Extract(image);
+  const LineFeatures lines = LbdLineExtractor(LineExtractorOptions{}).Extract(image);
   ASSERT_FALSE(lines.segments.empty());
   EXPECT_GT(lines.segments.front().Length(), 800.0F);
 }
@@ -146,7 +146,7 @@ class LineExtractorTest : public ::testing::TestWithParam<LineDetector> {
  protected:
   LineFeatures Extract(const cv::Mat& image, LineExtractorOptions options = {}) const {
     options.detector = GetParam();
-    return LineExtractor(options).Extract(image);
+    return LbdLineExtractor(options).Extract(image);
   }
 };
 
@@ -330,7 +330,7 @@ TEST_P(LineExtractorTest, DescriptorsTurnWithTheImage) {
 }
 
 TEST_P(LineExtractorTest, DoesNotDependOnEarlierImages) {
-  LineExtractor used({.detector = GetParam()});
+  LbdLineExtractor used({.detector = GetParam()});
   used.Extract(ManyLines(8));
   used.Extract(Rectangle(20.0).Draw().rowRange(0, 100).clone());
   const LineFeatures a = used.Extract(ManyLines(9)), b = Extract(ManyLines(9));

@@ -2,7 +2,7 @@
 // [tutorial]
 #include <vector>
 
-#include <highwall/frontend/features/line_extractor.h>
+#include <highwall/frontend/features/lbd_line_extractor.h>
 #include <highwall/frontend/features/line_matcher.h>
 
 // A line that two images show.
@@ -13,7 +13,7 @@ struct LineMatch {
 
 // Matches the line segments of two images (CV_8UC1) of a camera that moved a little.
 std::vector<LineMatch> MatchLines(const cv::Mat& first, const cv::Mat& second) {
-  highwall::LineExtractor extractor({.max_lines = 200});
+  highwall::LbdLineExtractor extractor({.max_lines = 200});
   const highwall::LineFeatures a = extractor.Extract(first);
   const highwall::LineFeatures b = extractor.Extract(second);
   std::vector<LineMatch> matches;

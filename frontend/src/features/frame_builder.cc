@@ -10,10 +10,12 @@
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/features/lbd_line_extractor.h>
 #include <highwall/frontend/features/make_point_extractor.h>
 #include <highwall/internal/stopwatch.h>
 #include <highwall/internal/worker_team.h>
 
+#include "features/line_validation.h"
 #include "features/point_validation.h"
 #include "features/segment_depth.h"
 
@@ -72,14 +74,16 @@ const FeatureType& Sound(const FeatureType& kind) {
 }  // namespace
 
 FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
-                           std::shared_ptr<PointExtractor> points, bool parallel,
+                           std::shared_ptr<PointExtractor> points,
+                           std::shared_ptr<LineExtractor> lines, bool parallel,
                            double depth_spread_share)
     : sensor_(sensor),
       options_(options),
       depth_spread_share_(depth_spread_share),
       points_(points ? std::move(points) : MakePointExtractor(options)),
       descriptor_bits_(Sound(feature_type()).descriptor, feature_type().columns),
-      line_extractor_(options.lines),
+      users_lines_(lines != nullptr),
+      lines_(lines ? std::move(lines) : std::make_shared<LbdLineExtractor>(options.lines)),
       depth_grid_(sensor.camera) {
   sensor_.Validate();
   options_.Validate();
@@ -132,7 +136,7 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(RgbdImage* image,
     features->depth_grid = depth_grid_.Sample(image->depth, sensor_.min_depth, sensor_.max_depth);
   };
   const auto extract_lines = [&] {
-    if (options_.use_lines) lines = line_extractor_.Extract(gray);
+    if (options_.use_lines) lines = lines_->Extract(gray);
   };
   const auto extract_points = [&] {
     if (options_.use_points) points = points_->Extract(gray);
@@ -186,6 +190,10 @@ void FrameBuilder::BuildPoints(ExtractedPoints extracted, const cv::Mat& depth,
 
 void FrameBuilder::BuildLines(LineFeatures lines, const cv::Mat& depth,
                               FrameFeatures& features) const {
+  if (users_lines_) {
+    ValidateLines(lines, features.gray.size());
+    lines.descriptors = lines.descriptors.clone();  // its memory may be used again
+  }
   features.lines.reserve(lines.segments.size());
   for (const LineSegment& raw : lines.segments) {
     LineFeature feature;

@@ -33,15 +33,16 @@ struct FrameBuilderTimes {
 // Converts an image and its depth to features: extraction, undistortion, depth association.
 class FrameBuilder {
  public:
-  // points: the extractor; null: that of the options. parallel: points and lines on two threads;
-  // the result is the same. Throws InvalidArgument for bad options.
+  // points, lines: the extractors; null: those of the options. parallel: points and lines on two
+  // threads; the result is the same. Throws InvalidArgument for bad options.
   FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
-               std::shared_ptr<PointExtractor> points = nullptr, bool parallel = true,
+               std::shared_ptr<PointExtractor> points = nullptr,
+               std::shared_ptr<LineExtractor> lines = nullptr, bool parallel = true,
                double depth_spread_share = kDepthSpreadShare);
   ~FrameBuilder();
 
   // Throws InvalidArgument if the images do not match the sensor; so does Build(), and also if the
-  // points are not as PointExtractor says.
+  // points or lines are not as their extractor's interface says.
   void Check(const RgbdImage& image) const;
 
   std::shared_ptr<const FrameFeatures> Build(const RgbdImage& image,
@@ -66,7 +67,8 @@ class FrameBuilder {
   double depth_spread_share_;
   std::shared_ptr<PointExtractor> points_;
   DescriptorBits descriptor_bits_;
-  LineExtractor line_extractor_;
+  bool users_lines_;  // by a user-defined extractor, whose lines are validated
+  std::shared_ptr<LineExtractor> lines_;
   DepthGrid depth_grid_;
   // Not a thread per image: OpenCV does not release thread-local data when a thread ends.
   std::unique_ptr<WorkerTeam> team_;

@@ -7,8 +7,7 @@
 namespace highwall {
 
 SlamSystem::SlamSystem(const RgbdSensor& sensor, const SlamOptions& options, SlamInputs inputs)
-    : impl_(std::make_unique<Impl>(sensor, options, inputs.imu, std::move(inputs.map),
-                                   std::move(inputs.points))) {}
+    : impl_(std::make_unique<Impl>(sensor, options, std::move(inputs))) {}
 
 SlamSystem::~SlamSystem() = default;
 SlamSystem::SlamSystem(SlamSystem&&) noexcept = default;

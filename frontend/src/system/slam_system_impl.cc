@@ -33,12 +33,11 @@ constexpr int kLearnedFrom = 10;
 
 }  // namespace
 
-SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
-                       const std::optional<ImuCalibration>& imu, Map map,
-                       std::shared_ptr<PointExtractor> points)
+SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options, SlamInputs inputs)
     : options_((options.Validate(), options)),
-      builder_(sensor, options.frame, std::move(points), options.threads > 0),
-      model_(sensor, options.measurement, imu ? imu->T_BC : Pose(),
+      builder_(sensor, options.frame, std::move(inputs.points), std::move(inputs.lines),
+               options.threads > 0),
+      model_(sensor, options.measurement, inputs.imu ? inputs.imu->T_BC : Pose(),
              builder_.feature_type().pyramid),
       sensor_(model_, SensorOptions(options.tracker), sensor.timing),
       tracker_(model_, options.tracker, sensor_),
@@ -50,9 +49,9 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
       depth_pattern_(sensor.camera, options.depth_pattern, kGlobalAdjustment, options.threads),
       worker_(mapper_, {&loop_closer_, &factor_adjuster_, &depth_pattern_}),
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),
-      map_(std::move(map)),
+      map_(std::move(inputs.map)),
       release_(options.tracker.moving.enabled ? kReleaseDelay : 0.0) {
-  if (imu) inertial_.emplace(*imu, options.inertial, model_, options.threads > 0);
+  if (inputs.imu) inertial_.emplace(*inputs.imu, options.inertial, model_, options.threads > 0);
   factor_adjuster_.Adopt(map_);
   const auto ids = map_.keyframe_ids();
   const FeatureType& kind = builder_.feature_type();
@@ -61,7 +60,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options,
                           ", those of its images would be by " + clash->second);
   }
   map_.SetFeatureType(kind);
-  HIGHWALL_REQUIRE(!options.localize_only || (!ids.empty() && !imu),
+  HIGHWALL_REQUIRE(!options.localize_only || (!ids.empty() && !inputs.imu),
                    "SlamOptions::localize_only needs a map, and works without an IMU");
   if (!ids.empty()) {
     last_given_keyframe_ = ids.back();

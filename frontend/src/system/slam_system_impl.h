@@ -37,8 +37,7 @@ bool MoveKeyframes(const std::vector<LoopReport>& loops);
 // there.
 class SlamSystem::Impl {
  public:
-  Impl(const RgbdSensor& sensor, const SlamOptions& options,
-       const std::optional<ImuCalibration>& imu, Map map, std::shared_ptr<PointExtractor> points);
+  Impl(const RgbdSensor& sensor, const SlamOptions& options, SlamInputs inputs);
 
   void SetCallbacks(SlamCallbacks callbacks) { callbacks_ = std::move(callbacks); }
   ImuSampleStatus AddImu(const ImuSample& sample);

@@ -1,44 +1,38 @@
 #pragma once
 
-#include <memory>
 #include <vector>
 
-#include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/core/abi.h>
 #include <highwall/frontend/features/frame.h>
-#include <highwall/frontend/features/options.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// Row i of `descriptors` (N x 32, CV_8U: 256 bits, Hamming distance) belongs to segment i.
+// The line segments of one image. Row i of `descriptors` (N x 32, CV_8U: 256 bits, Hamming
+// distance) belongs to segment i.
 struct LineFeatures {
-  std::vector<LineSegment> segments;  // the longest first
-  cv::Mat descriptors;                // LBD; empty if not requested or without segments
+  std::vector<LineSegment> segments;  // [px] in the image, the centre of its first pixel is (0, 0)
+  cv::Mat descriptors;
 };
 
-// Extracts straight line segments with line band descriptors (LBD; Zhang, Koch 2013).
-//
-// The result does not depend on cv::setNumThreads(), nor on earlier images. One extractor must not
-// be used by two threads at the same time.
+// Detects and describes the line segments of images. A user-defined extractor replaces
+// LbdLineExtractor in SlamSystem (docs/user_features.md).
 class LineExtractor {
  public:
-  // Throws InvalidArgument naming the bad option.
-  explicit LineExtractor(const LineExtractorOptions& options = {});
-  ~LineExtractor();
-  LineExtractor(LineExtractor&&) noexcept;
-  LineExtractor& operator=(LineExtractor&&) noexcept;
+  virtual ~LineExtractor();
 
-  // gray: CV_8UC1. Returns no features for an image without lines or with a side below 16 px.
-  // Throws InvalidArgument for any other type or an empty image.
-  LineFeatures Extract(const cv::Mat& gray);
+  // gray: CV_8UC1, not empty, the raw (distorted) camera image. The segments are in any order, each
+  // at least a pixel long and within half a pixel of the image, its ends in the order that
+  // LineSegment states; the same image must give the same lines. Called from one thread at a time,
+  // but not always the same one, while a PointExtractor may work on another. An exception thrown
+  // here ends the Track() call that requested it.
+  virtual LineFeatures Extract(const cv::Mat& gray) = 0;
 
-  const LineExtractorOptions& options() const;
-
- private:
-  struct Impl;
-  std::unique_ptr<Impl> impl_;
+ protected:
+  LineExtractor() = default;
+  LineExtractor(const LineExtractor&) = default;
+  LineExtractor& operator=(const LineExtractor&) = default;
 };
 
 }  // namespace highwall

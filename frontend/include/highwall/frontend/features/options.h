@@ -53,7 +53,7 @@ enum class LineDetector {
 // Returns "lsd" or "edlines".
 const char* ToString(LineDetector detector);
 
-// Options of LineExtractor.
+// Options of LbdLineExtractor.
 struct LineExtractorOptions {
   LineDetector detector = LineDetector::kEdLines;
   double min_length = 0.04;  // shortest segment, as a share of the longer image side, (0, 1]

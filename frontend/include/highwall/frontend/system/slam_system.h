@@ -14,6 +14,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/calibration/options.h>
+#include <highwall/frontend/features/line_extractor.h>
 #include <highwall/frontend/features/options.h>
 #include <highwall/frontend/features/point_extractor.h>
 #include <highwall/frontend/inertial/inertial_report.h>
@@ -168,6 +169,9 @@ struct SlamInputs {
   // FrameBuilderOptions::point_detector; the points of a given map must have the same
   // FeatureType::name and the same pyramid.
   std::shared_ptr<PointExtractor> points{};
+  // A user-defined LineExtractor instead of FrameBuilderOptions::lines. A map does not state how
+  // its lines were described: those of a given map must be comparable.
+  std::shared_ptr<LineExtractor> lines{};
 };
 
 // Point-line RGB-D(-inertial) SLAM: takes images and IMU readings, returns poses and keyframes.
