@@ -7,6 +7,7 @@
 #include <highwall/frontend/local/option_table.h>
 #include <highwall/frontend/map/measurement_model.h>
 #include <highwall/frontend/system/option_table.h>
+#include <highwall/frontend/tracking/standard_keyframe_policy.h>
 
 #include <cxxabi.h>
 
@@ -36,7 +37,6 @@
 #include "support/message_of.h"
 #include "support/test_paths.h"
 #include "tracking/frame_refiner.h"
-#include "tracking/keyframe_policy.h"
 #include "tracking/tracker.h"
 
 namespace highwall::slam_options_test {
@@ -248,7 +248,7 @@ void Use(const std::string& part, const SlamOptions& options) {
   const MeasurementModel model(sensor, options.measurement, Pose(), options.frame.orb.pyramid);
   const SensorModel sensor_model(model, {});
   if (part == "tracker") Tracker(model, options.tracker, sensor_model);
-  if (part == "keyframes") KeyFramePolicy policy(options.keyframes);
+  if (part == "keyframes") StandardKeyFramePolicy policy(options.keyframes);
   if (part == "refinement") {
     FrameRefiner(model, sensor.camera, options.refinement, options.tracker);
   }

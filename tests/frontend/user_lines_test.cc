@@ -80,7 +80,7 @@ TEST(UserLines, AreThoseOfEveryFrameAndOfTheMap) {
   }
   EXPECT_EQ(extracted, lines->segments);
   EXPECT_GT(matched, 0);
-  EXPECT_GT(slam->map().num_lines(), 0U);
+  EXPECT_GT(slam->map().num<MapLine>(), 0U);
 }
 
 TEST(UserLines, OfTheBuiltInExtractorGiveTheSameBitForBit) {

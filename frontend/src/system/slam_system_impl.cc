@@ -15,6 +15,7 @@
 #include <highwall/frontend/local/global_adjustment.h>
 #include <highwall/frontend/map/feature_type_mismatch.h>
 #include <highwall/frontend/map/seen_landmarks.h>
+#include <highwall/frontend/tracking/standard_keyframe_policy.h>
 #include <highwall/internal/stopwatch.h>
 
 #include "features/row_times.h"
@@ -24,8 +25,6 @@
 namespace highwall {
 namespace {
 
-// [s] without a pose from images after which the map continues at the pose of the IMU.
-constexpr double kBlind = 0.48;
 // Multiple of the search window: a larger image shift smears the image, and the next is unknown.
 constexpr double kFarOff = 4.0;
 // Number of keyframes for the noise estimate: those that an adjustment has moved together.
@@ -41,7 +40,8 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options, Sla
              builder_.feature_type().pyramid),
       sensor_(model_, SensorOptions(options.tracker), sensor.timing),
       tracker_(model_, options.tracker, sensor_),
-      policy_(options.keyframes),
+      policy_(inputs.keyframe_policy ? std::move(inputs.keyframe_policy)
+                                     : std::make_shared<StandardKeyFramePolicy>(options.keyframes)),
       refiner_(model_, sensor.camera, options.refinement, options.tracker, options.threads > 0),
       mapper_(model_, options.mapper, options.threads > 0),
       loop_closer_(model_, options.loops, options.threads),
@@ -373,14 +373,25 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
 }
 
 bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
-  if (tracked.state == TrackingState::kTracking) {
-    if (submap_keyframes_ == 0) return true;  // the first
-    return policy_.Wants(tracked, map_, last_keyframe_stamp_, inertial_.has_value());
-  }
-  // Moved to a new place by the IMU alone: map from here.
-  return tracked.state == TrackingState::kInertial &&
-         ToSeconds(tracked.frame.stamp - last_visual_) >= kBlind &&
-         policy_.CanStart(*tracked.frame.features);
+  if (!HasPose(tracked.state)) return false;
+  const bool is_first = tracked.state == TrackingState::kTracking && submap_keyframes_ == 0;
+  if (is_first) return true;
+  const double since_image = tracked.state == TrackingState::kTracking
+                                 ? 0.0
+                                 : ToSeconds(tracked.frame.stamp - last_visual_);
+  return policy_->Wants({.frame = tracked.frame,
+                         .state = tracked.state,
+                         .T_WC = tracked.T_WC,
+                         .submap = tracked.submap,
+                         .reference = tracked.reference,
+                         .points = tracked.points,
+                         .lines = tracked.lines,
+                         .num_points = tracked.num_points,
+                         .num_lines = tracked.num_lines,
+                         .since_keyframe = ToSeconds(tracked.frame.stamp - last_keyframe_stamp_),
+                         .since_image = since_image,
+                         .with_imu = inertial_.has_value()},
+                        map_);
 }
 
 std::optional<InertialState> SlamSystem::Impl::MotionSince(const KeyFrame* last) const {

@@ -25,7 +25,6 @@
 #include "system/map_worker.h"
 #include "system/pending_factors.h"
 #include "tracking/frame_refiner.h"
-#include "tracking/keyframe_policy.h"
 #include "tracking/tracker.h"
 
 namespace highwall {
@@ -139,7 +138,7 @@ class SlamSystem::Impl {
   MeasurementModel model_;
   SensorModel sensor_;
   Tracker tracker_;
-  KeyFramePolicy policy_;
+  std::shared_ptr<KeyFramePolicy> policy_;
   FrameRefiner refiner_;
   LocalMapper mapper_;
   std::optional<InertialOdometry> inertial_;

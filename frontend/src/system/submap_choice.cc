@@ -31,7 +31,7 @@ bool SlamSystem::Impl::CanBegin(const TrackedFrame& tracked) const {
     const double waited = ToSeconds(tracked.frame.stamp - *posed_);
     if (waited < std::min(options_.submaps.lost_timeout, lived)) return false;
   }
-  return policy_.CanStart(*tracked.frame.features);
+  return policy_->CanStart(*tracked.frame.features);
 }
 
 void SlamSystem::Impl::BeginSubmap(TrackedFrame& tracked, FrameResult& result) {

@@ -28,6 +28,7 @@
 #include <highwall/frontend/map/options.h>
 #include <highwall/frontend/pose/pose_report.h>
 #include <highwall/frontend/sensor/sensor_estimate.h>
+#include <highwall/frontend/tracking/keyframe_policy.h>
 #include <highwall/frontend/tracking/options.h>
 
 namespace [[gnu::visibility("default")]] highwall {
@@ -172,6 +173,8 @@ struct SlamInputs {
   // A user-defined LineExtractor instead of FrameBuilderOptions::lines. A map does not state how
   // its lines were described: those of a given map must be comparable.
   std::shared_ptr<LineExtractor> lines{};
+  // A user-defined KeyFramePolicy instead of StandardKeyFramePolicy with SlamOptions::keyframes.
+  std::shared_ptr<KeyFramePolicy> keyframe_policy{};
 };
 
 // Point-line RGB-D(-inertial) SLAM: takes images and IMU readings, returns poses and keyframes.
