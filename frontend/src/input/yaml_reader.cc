@@ -18,11 +18,11 @@ std::int64_t LineOfNode(const YAML::Node& node) {
   return std::max(node.Mark().line, 0) + 1;
 }
 
-bool IsFinite(double value) {
+bool IsFiniteValue(double value) {
   return std::isfinite(value);
 }
 template <typename T>
-bool IsFinite(const T&) {
+bool IsFiniteValue(const T&) {
   return true;
 }
 
@@ -58,7 +58,7 @@ template <typename T>
 void YamlReader::ReadAs(const std::string& key, const char* type, T* value) {
   Read(key, type, [value](const std::string& text) {
     T result{};
-    if (!ReadScalar(text, &result) || !IsFinite(result)) return false;
+    if (!ReadScalar(text, &result) || !IsFiniteValue(result)) return false;
     *value = std::move(result);
     return true;
   });
