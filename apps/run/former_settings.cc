@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <map>
 #include <span>
 #include <string_view>
 
@@ -146,7 +147,6 @@ constexpr std::array kConstants = {
     Former{"inertial.initializer.max_gravity_sigma", "0.015"},
     Former{"inertial.initializer.max_error", "20"},
     Former{"inertial.initializer.max_gravity_error", "0.06"},
-    Former{"inertial.tight.leaving", "oldest_first"},
     Former{"inertial.tight.map_drift", "6e-4"},
     Former{"inertial.tight.map_turn", "2e-4"},
     Former{"loops.graph.step_translation", "0.005"},
@@ -167,6 +167,10 @@ constexpr std::array kConstants = {
     Former{"depth_pattern.most", "60"},
 };
 
+constexpr std::array kLeaving = {
+    Former{"inertial.tight.leaving", "oldest_first"},
+};
+
 struct GoneSettings {
   std::span<const Former> settings;
   std::string_view reason;
@@ -175,6 +179,7 @@ constexpr std::array kGone = {
     GoneSettings{kReplacedByThreads,
                  "`threads` is for all stages now, and 0 makes them synchronous"},
     GoneSettings{kConstants, "it is a constant now"},
+    GoneSettings{kLeaving, "the oldest state always leaves"},
 };
 
 std::string WhyGone(std::string_view path, std::string_view reason) {
@@ -224,10 +229,19 @@ void RefuseFormer(const std::string& path) {
 void ReadFormerSettings(YamlReader& file,
                         const std::function<void(YamlReader& section, const std::string& key,
                                                  const std::string& path)>& read) {
+  std::map<std::string_view, std::string> values;  // by the current path
   for (const Renamed& renamed : kRenamed) {
-    if (YamlReader* const section = SectionOf(file, renamed.before)) {
-      read(*section, NameOf(renamed.before), std::string(renamed.now));
+    YamlReader* const section = SectionOf(file, renamed.before);
+    if (section == nullptr) continue;
+    const std::string key = NameOf(renamed.before);
+    std::string value;
+    section->Read(key, &value);
+    const auto [first, is_new] = values.emplace(renamed.now, value);
+    if (!is_new && !IsSameValue(first->second, value)) {
+      section->Refuse(key, "two settings of the file are " + std::string(renamed.now) +
+                               " now, and their values differ: set that one");
     }
+    read(*section, key, std::string(renamed.now));
   }
   for (const GoneSettings& group : kGone) {
     for (const Former& former : group.settings) {

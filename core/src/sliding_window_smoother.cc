@@ -346,7 +346,7 @@ std::string SlidingWindowSmoother::Impl::Shrink(UpdateReport* report) {
       fault = Leave(*stamp, &all, report);
       if (!fault.empty()) break;
     }
-  } catch (...) {  // no memory: the window must not remain half changed
+  } catch (...) {  // misuse or no memory: the window must not remain half changed
     take_back();
     throw;
   }
@@ -427,7 +427,7 @@ UpdateReport SlidingWindowSmoother::Update(std::span<const VariableId> covarianc
       fault = impl_->Shrink(&report);
       impl_->shrink_seconds = shrinking.Seconds();
     }
-  } catch (...) {  // no memory: the window must not remain half changed
+  } catch (...) {  // misuse or no memory: the window must not remain half changed
     impl_->RollBack(before);
     forget_new();
     throw;

@@ -123,6 +123,18 @@ TEST_F(SettingsTest, NamesOfTheVersionBeforeAreAcceptedAsTheyAre) {
   EXPECT_EQ(SettingsFile({}).find("patience"), std::string::npos) << "written by the new name only";
 }
 
+TEST_F(SettingsTest, TwoFormerNamesOfOneSettingMustAgree) {
+  const auto both = [&](int motion, int map) {
+    return "measurement:\n  search:\n    motion_match: {max_hamming: " + std::to_string(motion) +
+           "}\n    map_match: {max_hamming: " + std::to_string(map) + "}\n";
+  };
+  EXPECT_EQ(Read(both(70, 70)).measurement.max_hamming.projection, 70);
+  const std::string message = MessageOf<IoError>([&] { Read(both(120, 100)); });
+  EXPECT_NE(message.find(":4: two settings of the file are measurement.max_hamming.projection now"),
+            std::string::npos)
+      << message;
+}
+
 TEST_F(SettingsTest, NamesOfTheVersionBeforeAreAcceptedInOtherGroups) {
   const SlamOptions read = Read(
       "measurement: {search: {motion_radius: 30, motion_match: {max_hamming: 70}},\n"

@@ -100,10 +100,15 @@ TEST_F(TightCouplingTest, ARejectedStepHasAReason) {
   EXPECT_NE(bad.update.reason.find("ImuGravityFactor"), std::string::npos) << bad.update.reason;
 }
 
-TEST_F(TightCouplingTest, MisuseIsAnErrorAndNoRejectedStep) {
-  Begin();
+TEST_F(TightCouplingTest, MisuseIsAnErrorAfterWhichTheSmootherMustBeRestarted) {
+  Begin(/*background=*/true);
   Feed(false, 1.0, NAN);
   EXPECT_THROW(Await(), InvalidArgument);
+  EXPECT_FALSE(Await().update.accepted);
+
+  Begin(/*background=*/false);
+  EXPECT_THROW(Feed(false, 1.0, NAN), InvalidArgument);
+  EXPECT_FALSE(Await().update.accepted);
 }
 
 TEST_F(TightCouplingTest, LandmarksAreAskedForWhereItIsTimeForAState) {

@@ -34,14 +34,17 @@ void TightCoupling::Add(Image image, const Pose& T_WM, const std::function<SeenL
   pending_.reset();
   weighed_ = 0.0;
   since_.clear();
+  failed_ = true;  // unless the following returns
   task_.emplace(background_, [this](const std::stop_token& stop) {
     const Stopwatch watch;
     work_->update.accepted = window_.Add(work_->step, stop, &work_->update.reason);
     work_->update.milliseconds = watch.Milliseconds();
   });
+  failed_ = false;
 }
 
 std::optional<TightCoupling::Result> TightCoupling::Take() {
+  if (std::exchange(failed_, false)) return Result{work_->update, std::nullopt, {}};
   if (!task_ || !task_->IsDone()) return std::nullopt;
   task_->Wait();
   task_.reset();

@@ -53,7 +53,8 @@ class TightCoupling {
   // is due; empty without images, while readings accumulate.
   void Add(Image image, const Pose& T_WM, const std::function<SeenLandmarks()>& see);
   // Returns the result once, when the work is done; immediately in synchronous mode. Rethrows the
-  // exception that ended the work, such as std::bad_alloc; in synchronous mode Add() throws it.
+  // exception that ended the work, such as std::bad_alloc; in synchronous mode Add() throws it. The
+  // next result is then that of a rejected step.
   std::optional<Result> Take();
   // Cancels the work, whose result will not be taken: it ends after the current iteration, as it
   // does in the destructor. Does not wait.
@@ -78,6 +79,7 @@ class TightCoupling {
   double weighed_ = 0.0;                      // [s] integral of the weight over their time
   std::vector<Image> since_;                  // the images of those readings
   std::unique_ptr<Work> work_;
+  bool failed_ = false;                 // an exception ended the work in Add()
   std::optional<BackgroundTask> task_;  // last: it uses window_ and work_
 };
 

@@ -423,8 +423,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   });
   tracked.T_WC = T_new_old * tracked.T_WC;
   const Pose T_WC = tracked.T_WC;
-  sensor_.CompensateAround({tracked.points, tracked.lines}, options_.mapper.adjusted_keyframes,
-                           &map_);
+  sensor_.CompensateAround(tracked, options_.mapper.adjusted_keyframes, &map_);
   if (map_.keyframe(last_keyframe_) != nullptr) {
     sensor_.LearnNoise(map_, WithNeighbours(map_, last_keyframe_, kSharedByPlace, kLearnedFrom));
   }

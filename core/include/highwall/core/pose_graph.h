@@ -202,9 +202,9 @@ std::optional<Eigen::MatrixXd> PoseGraphCovariance(const PoseGraph& graph,
 PoseGraph ReadG2o(const std::filesystem::path& path);
 
 // Writes the same format atomically (AtomicFile): vertices in order, then FIX, then edges. Numbers
-// are read back equal, except for the rounding of an angle or a quaternion. Kinds of edges are not
-// written, see ReadG2o(). Throws as
-// PoseGraph::Validate(), but not for a graph without edges; IoError if the file cannot be written.
+// are read back equal, except for the rounding of an angle or a quaternion, and for the kinds of
+// edges, which are not written (ReadG2o). Throws as PoseGraph::Validate(), but not for a graph
+// without edges; IoError if the file cannot be written.
 void WriteG2o(const std::filesystem::path& path, const PoseGraph& graph);
 
 }  // namespace highwall
