@@ -65,6 +65,42 @@ TEST(IdTable, ListsLiveIdsInAscendingOrder) {
   EXPECT_EQ(table.ids(), expected);
 }
 
+TEST(IdTable, VisitsTheValuesInAscendingOrder) {
+  IdTable<Thing> table;
+  for (int i = 0; i < 1000; ++i) table.Add();
+  // The first page, one in the middle and the last keep no value.
+  for (int i = 0; i < 1000; ++i) {
+    if (i < 64 || (i >= 300 && i < 500) || i >= 950) table.Remove(ThingId(i));
+  }
+  for (Thing& thing : table) thing.value = 1;
+  std::vector<ThingId> visited;
+  for (const Thing& thing : std::as_const(table)) {
+    EXPECT_EQ(thing.value, 1);
+    visited.push_back(thing.id);
+  }
+  EXPECT_EQ(visited, table.ids());
+  EXPECT_EQ(visited.size(), 686u);
+}
+
+TEST(IdTable, AddsAfterAllValuesWereRemoved) {
+  IdTable<Thing> table;
+  for (int i = 0; i < 200; ++i) table.Remove(table.Add().id);
+  EXPECT_EQ(table.size(), 0u);
+  EXPECT_TRUE(table.ids().empty());
+  EXPECT_EQ(table.Add().id, ThingId(200));
+  EXPECT_EQ(table.ids(), std::vector<ThingId>{ThingId(200)});
+}
+
+TEST(IdTable, PutKeepsTheIdAndTheNextIsAboveIt) {
+  IdTable<Thing> table;
+  EXPECT_EQ(table.Put({ThingId(130), 5}).value, 5);
+  EXPECT_EQ(table.Put({ThingId(130), 6}).value, 6);  // replaces it
+  EXPECT_EQ(table.Put({ThingId(2), 7}).value, 7);
+  EXPECT_EQ(table.size(), 2u);
+  EXPECT_EQ(table.Add().id, ThingId(131));
+  EXPECT_EQ(table.ids(), (std::vector{ThingId(2), ThingId(130), ThingId(131)}));
+}
+
 TEST(IdTable, ACopyIsIndependent) {
   IdTable<Thing> table;
   table.Add().value = 1;

@@ -102,8 +102,8 @@ void Map::Move(const Pose& T_new_old, const Takes& takes) {
   const auto follows = [&](const auto& landmark) {
     return landmark.observations.empty() || takes(landmark.observations.front().keyframe);
   };
-  for (auto& [id, kf] : keyframes_) {
-    if (!takes(id)) continue;
+  for (KeyFrame& kf : keyframes_) {
+    if (!takes(kf.id)) continue;
     kf.T_WC = T_new_old * kf.T_WC;
     if (kf.motion) kf.motion->v_WB = q * kf.motion->v_WB;
   }

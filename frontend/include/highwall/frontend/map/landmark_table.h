@@ -123,10 +123,10 @@ class LandmarkTable {
     return seen;
   }
 
-  // Calls f(landmark) for each, in no particular order.
+  // Calls f(landmark) for each, by ascending ids.
   template <class F>
   void ForEach(const F& f) {
-    for (auto& [id, landmark] : landmarks_) f(landmark);
+    for (Landmark& landmark : landmarks_) f(landmark);
   }
 
  private:

@@ -1,13 +1,14 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <compare>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <ostream>
-#include <unordered_map>
 #include <vector>
 
 namespace [[gnu::visibility("default")]] highwall {
@@ -56,55 +57,128 @@ using ReferenceFrameId = Id<struct ReferenceFrameTag>;
 // The submap that every map has from the beginning.
 inline constexpr SubmapId kFirstSubmap{0};
 
-// Table of values by ids that ascend from 0 and are never reused. Memory grows with the values that
-// exist, not with the ids that were issued; a value keeps its address until it is removed. T: has a
-// member `id`, an Id.
+// Table of values by ids that ascend from 0 and are never reused. A lookup is two steps in arrays.
+// Memory grows with the values that exist, and hardly with the ids that were issued (an eighth of a
+// byte for each); a value keeps its address until it is removed. T: has a member `id`, an Id.
 template <class T>
 class IdTable {
+  static constexpr std::size_t kPageSize = 64;
+  struct Page {
+    std::array<std::unique_ptr<T>, kPageSize> values;
+    std::size_t used = 0;
+  };
+
  public:
   using KeyType = decltype(T::id);
 
+  // Visits the values by ascending ids.
+  template <class Value>
+  class Iterator {
+   public:
+    Iterator(const IdTable& table, std::size_t index) : table_(table), index_(index) { Skip(); }
+    Value& operator*() const {
+      return *table_.pages_[index_ / kPageSize]->values[index_ % kPageSize];
+    }
+    Iterator& operator++() {
+      ++index_;
+      Skip();
+      return *this;
+    }
+    bool operator==(const Iterator& other) const { return index_ == other.index_; }
+
+   private:
+    // Goes to the next value, unless there is one here.
+    void Skip() {
+      const std::size_t end = table_.end_.index();
+      while (index_ < end) {
+        const Page* const page = table_.pages_[index_ / kPageSize].get();
+        if (page == nullptr) {
+          index_ = std::min(end, (index_ / kPageSize + 1) * kPageSize);
+        } else if (page->values[index_ % kPageSize] == nullptr) {
+          ++index_;
+        } else {
+          return;
+        }
+      }
+    }
+
+    const IdTable& table_;
+    std::size_t index_;
+  };
+
+  IdTable() = default;
+  IdTable(IdTable&&) noexcept = default;
+  IdTable& operator=(IdTable&&) noexcept = default;
+  // Copies the values.
+  IdTable(const IdTable& other) {
+    pages_.reserve(other.pages_.size());
+    for (const T& value : other) Put(value);
+    Issue(other.end_);
+  }
+  IdTable& operator=(const IdTable& other) { return *this = IdTable(other); }
+  ~IdTable() = default;
+
   T& Add() {
-    T& value = values_[end_];
-    value.id = end_;
-    ++end_;
+    const KeyType id = end_;
+    T& value = *(Slot(id) = std::make_unique<T>());
+    value.id = id;
     return value;
   }
   // Copies a value of another table, keeping its id.
-  T& Put(const T& value) {
-    if (!(value.id < end_)) end_ = KeyType(value.id.value() + 1);
-    return values_[value.id] = value;
+  T& Put(const T& value) { return *(Slot(value.id) = std::make_unique<T>(value)); }
+  void Remove(KeyType id) {
+    if (Find(id) == nullptr) return;
+    std::unique_ptr<Page>& page = pages_[id.index() / kPageSize];
+    page->values[id.index() % kPageSize].reset();
+    --size_;
+    if (--page->used == 0) page.reset();
   }
-  void Remove(KeyType id) { values_.erase(id); }
 
   // Returns nullptr where there is none or it was removed.
   T* Find(KeyType id) {
-    const auto found = values_.find(id);
-    return found != values_.end() ? &found->second : nullptr;
+    const std::size_t page = id.index() / kPageSize;
+    if (page >= pages_.size() || pages_[page] == nullptr) return nullptr;
+    return pages_[page]->values[id.index() % kPageSize].get();
   }
-  const T* Find(KeyType id) const {
-    const auto found = values_.find(id);
-    return found != values_.end() ? &found->second : nullptr;
-  }
+  const T* Find(KeyType id) const { return const_cast<IdTable*>(this)->Find(id); }
 
-  std::size_t size() const { return values_.size(); }
+  std::size_t size() const { return size_; }
   // Returns an upper bound (exclusive) of the ids issued so far.
   KeyType end_id() const { return end_; }
   // Ids in use, ascending.
   std::vector<KeyType> ids() const {
     std::vector<KeyType> ids;
-    ids.reserve(values_.size());
-    for (const auto& [id, value] : values_) ids.push_back(id);
-    std::sort(ids.begin(), ids.end());
+    ids.reserve(size_);
+    for (const T& value : *this) ids.push_back(value.id);
     return ids;
   }
 
-  // Pairs of id and value, in no particular order.
-  auto begin() { return values_.begin(); }
-  auto end() { return values_.end(); }
+  Iterator<T> begin() { return {*this, 0}; }
+  Iterator<T> end() { return {*this, end_.index()}; }
+  Iterator<const T> begin() const { return {*this, 0}; }
+  Iterator<const T> end() const { return {*this, end_.index()}; }
 
  private:
-  std::unordered_map<KeyType, T> values_;
+  // Makes `end` the end of the ids that were issued, unless more were.
+  void Issue(KeyType end) {
+    if (end_ < end) end_ = end;
+    pages_.resize((end_.index() + kPageSize - 1) / kPageSize);
+  }
+  // Returns the place of a value, which counts as in use.
+  std::unique_ptr<T>& Slot(KeyType id) {
+    Issue(KeyType(id.value() + 1));
+    std::unique_ptr<Page>& page = pages_[id.index() / kPageSize];
+    if (page == nullptr) page = std::make_unique<Page>();
+    std::unique_ptr<T>& slot = page->values[id.index() % kPageSize];
+    if (slot == nullptr) {
+      ++page->used;
+      ++size_;
+    }
+    return slot;
+  }
+
+  std::vector<std::unique_ptr<Page>> pages_;  // null where it has no value
+  std::size_t size_ = 0;
   KeyType end_{0};
 };
 
