@@ -204,9 +204,11 @@ void Map::RefreshPoint(PointId id, const PyramidOptions& pyramid) {
   p->min_distance = p->max_distance / std::pow(pyramid.scale_factor, pyramid.levels - 1);
 }
 
-std::vector<std::pair<KeyFrameId, int>> Map::MostFirst(
-    const std::unordered_map<KeyFrameId, int>& count) {
-  std::vector<std::pair<KeyFrameId, int>> observers(count.begin(), count.end());
+std::vector<std::pair<KeyFrameId, int>> Map::MostFirst(const std::vector<int>& count) {
+  std::vector<std::pair<KeyFrameId, int>> observers;
+  for (std::size_t i = 0; i < count.size(); ++i) {
+    if (count[i] > 0) observers.emplace_back(KeyFrameId(i), count[i]);
+  }
   std::sort(observers.begin(), observers.end(), [](const auto& a, const auto& b) {
     return a.second != b.second ? a.second > b.second : a.first < b.first;
   });

@@ -180,12 +180,12 @@ class Map {
   // landmarks: a structure with ids of each kind, such as a KeyFrame or PerKind<LandmarkIds>.
   template <class Holder>
   std::vector<std::pair<KeyFrameId, int>> Observers(const Holder& landmarks) const {
-    std::unordered_map<KeyFrameId, int> count;
+    std::vector<int> count(keyframes_.end_id().index());
     ForEachKind([&]<class Landmark>() {
       for (const Id<Landmark> id : PartOf<Landmark>(landmarks)) {
         const Landmark* const landmark = Find(id);
         if (landmark == nullptr) continue;
-        for (const Observation& o : landmark->observations) ++count[o.keyframe];
+        for (const Observation& o : landmark->observations) ++count[o.keyframe.index()];
       }
     });
     return MostFirst(count);
@@ -213,8 +213,7 @@ class Map {
   const LandmarkTable<Landmark>& table() const {
     return PartOf<Landmark>(landmarks_);
   }
-  static std::vector<std::pair<KeyFrameId, int>> MostFirst(
-      const std::unordered_map<KeyFrameId, int>& count);
+  static std::vector<std::pair<KeyFrameId, int>> MostFirst(const std::vector<int>& count);
   const Submap& submap(SubmapId id) const;
   // Returns the active keyframe that a keyframe is anchored to, itself if it is active; nullptr if
   // there is none. T: is multiplied from the left by the transform to it.
