@@ -19,6 +19,17 @@ class ImageGradient {
   Eigen::Vector2f Nearest(float x, float y) const {
     return At(static_cast<int>(x + 0.5F), static_cast<int>(y + 0.5F));
   }
+  // The same between two points where IsInside() is true of both.
+  Eigen::Vector2f NearestInside(float x, float y) const {
+    const std::int16_t* g = gradient_.ptr<std::int16_t>(static_cast<int>(y + 0.5F)) +
+                            2 * static_cast<int>(x + 0.5F);
+    return {static_cast<float>(g[0]), static_cast<float>(g[1])};
+  }
+  // Returns whether a point is in the image, and a pixel or more from its border.
+  bool IsInside(const Eigen::Vector2f& p) const {
+    return p.x() >= 1.0F && p.y() >= 1.0F && p.x() <= static_cast<float>(gradient_.cols - 2) &&
+           p.y() <= static_cast<float>(gradient_.rows - 2);
+  }
   // Returns the bilinearly interpolated gradient.
   Eigen::Vector2f At(const Eigen::Vector2f& p) const;
 

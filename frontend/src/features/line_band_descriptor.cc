@@ -16,11 +16,13 @@ using RowStatistics = Eigen::Array4f;
 // Means, then variances: comparisons are the same as for standard deviations.
 using BandStatistics = Eigen::Array<float, 8, 1>;
 
-RowStatistics SumRow(const ImageGradient& gradient, Eigen::Vector2f p, const Eigen::Vector2f& step,
+// gradient_at: returns the gradient at a point (x, y).
+template <class Gradient>
+RowStatistics SumRow(const Gradient& gradient_at, Eigen::Vector2f p, const Eigen::Vector2f& step,
                      int count, const Eigen::Vector2f& along, const Eigen::Vector2f& across) {
   float across_positive = 0.0F, across_sum = 0.0F, along_positive = 0.0F, along_sum = 0.0F;
   for (int i = 0; i < count; ++i, p += step) {
-    const Eigen::Vector2f g = gradient.Nearest(p.x(), p.y());
+    const Eigen::Vector2f g = gradient_at(p.x(), p.y());
     const float g_across = across.dot(g), g_along = along.dot(g);
     across_positive += std::max(g_across, 0.0F);
     across_sum += g_across;
@@ -85,11 +87,24 @@ std::array<std::uint8_t, 32> LineBandDescriptor(const ImageGradient& gradient,
     for (int i = 0; i < 2 * kBandWidth; ++i) weights[static_cast<std::size_t>(i)] = LocalWeight(i);
     return weights;
   }();
+  static const auto global_weights = [] {
+    std::array<float, kRows> weights{};
+    for (int row = 0; row < kRows; ++row) {
+      weights[static_cast<std::size_t>(row)] = GlobalWeight(row);
+    }
+    return weights;
+  }();
+  const auto anywhere = [&](float x, float y) { return gradient.Nearest(x, y); };
+  const auto inside = [&](float x, float y) { return gradient.NearestInside(x, y); };
+  const Eigen::Vector2f whole = static_cast<float>(count - 1) * step;
   std::array<RowStatistics, kRows> rows;
   for (int row = 0; row < kRows; ++row) {
     const Eigen::Vector2f start = middle_start + static_cast<float>(row - kRows / 2) * across;
+    const bool is_inside = gradient.IsInside(start) && gradient.IsInside(start + whole);
     rows[static_cast<std::size_t>(row)] =
-        GlobalWeight(row) * SumRow(gradient, start, step, count, along, across);
+        global_weights[static_cast<std::size_t>(row)] *
+        (is_inside ? SumRow(inside, start, step, count, along, across)
+                   : SumRow(anywhere, start, step, count, along, across));
   }
   std::array<BandStatistics, kBands> bands;
   for (int band = 0; band < kBands; ++band) {

@@ -122,6 +122,7 @@ InverseDepth Ransac(const Samples& samples) {
     for (const Sample& sample : samples) {
       const double residual = model.Residual(sample);
       score += std::min(residual * residual, limit);
+      if (score >= best_score) break;  // it only grows
     }
     if (score < best_score) {
       best_score = score;
