@@ -21,8 +21,8 @@ class ImageGradient {
   }
   // The same between two points where IsInside() is true of both.
   Eigen::Vector2f NearestInside(float x, float y) const {
-    const std::int16_t* g = gradient_.ptr<std::int16_t>(static_cast<int>(y + 0.5F)) +
-                            2 * static_cast<int>(x + 0.5F);
+    const std::int16_t* g =
+        gradient_.ptr<std::int16_t>(static_cast<int>(y + 0.5F)) + 2 * static_cast<int>(x + 0.5F);
     return {static_cast<float>(g[0]), static_cast<float>(g[1])};
   }
   // Returns whether a point is in the image, and a pixel or more from its border.
