@@ -114,13 +114,8 @@ TEST(FitAllanCurve, FindsTheDensitiesOfACurveOfTheModel) {
   }
 }
 
-<<<<<<< HEAD
 TEST(FitAllanCurve, ReportsAbsentNoiseWithAnUpperBound) {
-  const NoiseDensities fit = FitAllanCurve(ModelCurve(1e-3, 0.0, 0.0));
-=======
-TEST(FitAllanCurve, SaysWhatIsNotThereAndHowMuchOfItCouldBe) {
   const NoiseDensities fit = *FitAllanCurve(ModelCurve(1e-3, 0.0, 0.0));
->>>>>>> ab1ec6cc (IMU noise and Umeyama's alignment: too few data give none)
   EXPECT_TRUE(fit.white.IsSeen());
   EXPECT_FALSE(fit.walk.IsSeen());
   EXPECT_FALSE(fit.instability.IsSeen());

@@ -86,17 +86,18 @@ class PoseSources : public ::testing::Test {
   SceneMap scene_map_;
   Frame frame_;
   TrackerOptions options_;
+  const TrackerParameters parameters_{};
   TrackerState state_;
   const PoseConstraint predicted_{Pose::FromTangent({0.01, 0, 0}, {0, 0, 0})};
   const DepthGrid grid_{IdealSensor().camera};
   const MapMatcher matcher_{model_};
   const Relocalizer relocalizer_{model_, {}};
   const FrameSolver solver_{model_, options_, grid_, state_};
-  const LastFrameSource last_frame_{matcher_, options_, solver_, state_};
+  const LastFrameSource last_frame_{matcher_, options_, parameters_, solver_, state_};
   const ReferenceKeyframeSource reference_{relocalizer_, state_};
   const PlaceIndexSource place_{relocalizer_};
-  const SurfaceSource surfaces_{matcher_, options_, solver_, state_};
-  const WholeImageSource image_{matcher_, options_, grid_, solver_, state_};
+  const SurfaceSource surfaces_{matcher_, options_, parameters_, solver_, state_};
+  const WholeImageSource image_{matcher_, options_, parameters_, grid_, solver_, state_};
 };
 
 TEST_F(PoseSources, WhereNothingIsFoundAllButTheReferenceAreTriedUnlessAnImuPredicts) {
