@@ -169,7 +169,8 @@ TEST_F(SettingsTest, ConstantsThatWereSettingsAreAcceptedWithTheirDefaultsAlone)
   EXPECT_EQ(RefusalOf("tracker.relocalizer.ratio=0.7"), gone);
   EXPECT_EQ(Refusal("inertial: {tight: {leaving: least_information}}\n"),
             file_.string() +
-                ":1: there is no setting inertial.tight.leaving any more: it is a constant now");
+                ":1: there is no setting inertial.tight.leaving any more: the oldest state always "
+                "leaves");
   EXPECT_EQ(Refusal("tracker:\n  relocalizer:\n    ratoi: 0.7\n"),
             file_.string() + ":3: unknown key 'ratoi'");
 }

@@ -283,7 +283,8 @@ TEST(PoseGraph, InterleavedIdsOfTwoMotionsKeepTheirOdometry) {
       Renumbered(whole, [&](std::int64_t id) { return id < half ? 2 * id : 2 * (id - half) + 1; });
   const auto summary = SolvePoseGraph(&whole, {.robust = RobustLoops::kGnc});
   const auto mixed_summary = SolvePoseGraph(&mixed, {.robust = RobustLoops::kGnc});
-  EXPECT_EQ(Distance(whole, mixed), 0.0);
+  // The ids are the same up to their order, in which sums of the solver round differently.
+  EXPECT_LT(Distance(whole, mixed), 1e-12);
   EXPECT_EQ(summary.rejected.size(), mixed_summary.rejected.size());
 }
 
