@@ -265,20 +265,20 @@ TEST(CameraImuCalibration, GivesReadingsAtTheLimitOfAKnownRangeLittleWeight) {
     sample.accelerometer = sample.accelerometer.cwiseMax(-kAccelerometer).cwiseMin(kAccelerometer);
   }
   EXPECT_GT(ended, 300) << "of 6000";
-  const CameraImuCalibration told = *CalibrateCameraImu(
+  const CameraImuCalibration with_range = *CalibrateCameraImu(
       recording.camera, recording.readings,
       {.noise = kNoise, .gyroscope_range = kGyroscope, .accelerometer_range = kAccelerometer});
   // As in FindsTheCameraOnTheBodyTheClocksAndTheMetre, with fewer readings: the fastest are
   // missing.
-  EXPECT_LT((told.T_BC.p() - truth.T_BC.p()).norm(), 5e-3);
-  EXPECT_LT((truth.T_BC.Inverse() * told.T_BC).Angle(), 0.1 * M_PI / 180.0);
-  EXPECT_NEAR(told.time_offset, truth.time_offset, 3e-4);
-  EXPECT_NEAR(told.depth_scale, truth.depth_scale, 5e-3);
+  EXPECT_LT((with_range.T_BC.p() - truth.T_BC.p()).norm(), 5e-3);
+  EXPECT_LT((truth.T_BC.Inverse() * with_range.T_BC).Angle(), 0.1 * M_PI / 180.0);
+  EXPECT_NEAR(with_range.time_offset, truth.time_offset, 3e-4);
+  EXPECT_NEAR(with_range.depth_scale, truth.depth_scale, 5e-3);
   std::string reason;
-  const auto untold =
+  const auto without_range =
       CalibrateCameraImu(recording.camera, recording.readings, {.noise = kNoise}, &reason);
-  if (untold) {
-    EXPECT_GT((untold->T_BC.p() - truth.T_BC.p()).norm(), 1e-2);
+  if (without_range) {
+    EXPECT_GT((without_range->T_BC.p() - truth.T_BC.p()).norm(), 1e-2);
   } else {
     EXPECT_NE(reason.find("range"), std::string::npos) << reason;
   }
