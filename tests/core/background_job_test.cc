@@ -66,13 +66,17 @@ TEST(JobSlot, IsEmptyOnceItsJobIsCancelledAndTheJobEnds) {
 class Stubborn {
  public:
   explicit Stubborn(const std::atomic<bool>* let_go)
-      : task_(true, [let_go](const std::stop_token&) {
+      : task_(true, [this, let_go](const std::stop_token&) {
+          began_ = true;
           while (!*let_go) std::this_thread::yield();
-        }) {}
+        }) {
+    while (!began_) std::this_thread::yield();  // a cancelled job that never began would never run
+  }
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }
 
  private:
+  std::atomic<bool> began_ = false;
   BackgroundTask task_;
 };
 
