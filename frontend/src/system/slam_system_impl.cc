@@ -1,20 +1,18 @@
 #include "system/slam_system_impl.h"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
-#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
-#include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/features/depth_correction.h>
 #include <highwall/frontend/local/global_adjustment.h>
+#include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/feature_type_mismatch.h>
-#include <highwall/frontend/map/seen_landmarks.h>
 #include <highwall/frontend/tracking/standard_keyframe_policy.h>
 #include <highwall/internal/stopwatch.h>
 
@@ -83,32 +81,11 @@ void SlamSystem::Impl::AddFactor(PoseFactor factor) {
 }
 
 std::optional<Pose> SlamSystem::Impl::T_FW(ReferenceFrameId frame) const {
-  return map_.factors().T_FW(frame, LargestWorld().value_or(kFirstSubmap));
-}
-
-void SlamSystem::Impl::RequireNext(Stamp stamp) {
-  HIGHWALL_REQUIRE(stamp <= kMaxStamp && stamp >= -kMaxStamp,
-                   "SlamSystem::Track: stamp " + std::to_string(stamp) +
-                       " ns is beyond 146 years: leave the frame out, or check the clock's unit");
-  if (!last_stamp_) return;
-  HIGHWALL_REQUIRE(stamp > *last_stamp_, "SlamSystem::Track: stamp " + FormatStamp(stamp) +
-                                             " is not after " + FormatStamp(*last_stamp_));
-  const auto is_near = [&](Stamp before) {
-    return stamp >= before && ToSeconds(stamp - before) <= kLongestPause;
-  };
-  if (is_near(*last_stamp_) || (jumped_ && is_near(*jumped_))) {
-    jumped_.reset();
-    return;
-  }
-  jumped_ = stamp;
-  throw InvalidArgument("SlamSystem::Track: stamp " + FormatStamp(stamp) +
-                        " is more than a day after " + FormatStamp(*last_stamp_) +
-                        ": skip the frame and continue with the next if its clock is wrong; if the "
-                        "camera did pause, pass the frame again");
+  return map_.factors().T_FW(frame, tracked_.LargestWorld(map_).value_or(kFirstSubmap));
 }
 
 FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
-  RequireNext(image.stamp);
+  stamps_.RequireNext(image.stamp);
   FrameResult result;
   result.stamp = image.stamp;
   builder_.Check(image);
@@ -132,7 +109,7 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   }
   Report(tracked, result);
   RefineFrames(result);
-  pending_.Attach(tracked_, &map_);
+  pending_.Attach(tracked_.frames(), &map_);
   Notify(result, at_once, corrected);
   return result;
 }
@@ -175,7 +152,7 @@ cv::Mat SlamSystem::Impl::CorrectedDepth(KeyFrameId id, const cv::Mat& depth) co
 Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
   const Stopwatch watch;
   // From here on the image counts; one that was rejected leaves no trace.
-  last_stamp_ = image->stamp;
+  stamps_.Accept(image->stamp);
   if (result.repeated) {
     return {next_index_++, image->stamp, std::make_shared<const FrameFeatures>()};
   }
@@ -271,15 +248,15 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
   }
   lost_for_.reset();
   if (!inertial_ && !result.repeated) FollowSharpness(*tracked.frame.features);
-  tracked_.push_back({result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC)});
-  ++frames_in_[map_.keyframe(map_.ActiveKeyFrameOf(tracked.reference)->first)->submap];
-  refiner_.Add(tracked, tracked_.back(), tracker_.moved_by(), depth_pattern_.pattern(),
+  tracked_.Add({result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC)},
+               map_.keyframe(map_.ActiveKeyFrameOf(tracked.reference)->first)->submap);
+  refiner_.Add(tracked, tracked_.frames().back(), tracker_.moved_by(), depth_pattern_.pattern(),
                last_keyframe_);
 }
 
 void SlamSystem::Impl::RefineFrames(FrameResult& result) {
   const Stopwatch watch;
-  if (refiner_.HasResult()) refiner_.Finish(map_, &tracked_);
+  if (refiner_.HasResult()) refiner_.Finish(map_, tracked_.mutable_frames());
   refiner_.Begin(map_, Knowledge());
   result.times.mapping += watch.Milliseconds();
 }
@@ -300,76 +277,9 @@ cv::Mat SlamSystem::Impl::DynamicMaskOf(KeyFrameId keyframe) const {
   return ToImage(tracker_.DynamicMaskOf(*seen, map_));
 }
 
-Pose SlamSystem::Impl::FirstPose(Stamp stamp) const {
-  // W has z up and x forward for a camera held horizontally (x right, y down, z forward).
-  Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
-  T.topLeftCorner<3, 3>() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  const Pose level = Pose::FromMatrix(T);
-  if (!inertial_) return level;
-  const auto up_C = inertial_->UpInCamera(stamp);
-  if (!up_C) return level;
-  const Eigen::Vector3d up_W = level.q() * *up_C;
-  return Pose(Eigen::Quaterniond::FromTwoVectors(up_W, Eigen::Vector3d::UnitZ()) * level.q(),
-              Eigen::Vector3d::Zero());
-}
-
 void SlamSystem::Impl::FollowSharpness(const FrameFeatures& features) {
   usual_sharpness_ +=
       (usual_sharpness_ > 0.0 ? 0.05 : 1.0) * (features.sharpness - usual_sharpness_);
-}
-
-InertialOdometry::Observation SlamSystem::Impl::Observe(const TrackedFrame& tracked) {
-  InertialOdometry::Observation observation;
-  observation.image = tracked.frame.stamp;
-  const double sharpness = tracked.frame.features->sharpness;
-  if (usual_sharpness_ > 0.0) observation.sharpness = sharpness / usual_sharpness_;
-  FollowSharpness(*tracked.frame.features);
-  if (last_points_ > 0) {
-    observation.tracked_share =
-        std::min(1.0, static_cast<double>(tracked.num_points) / last_points_);
-  }
-  last_points_ = tracked.num_points;
-  if (tracked.state == TrackingState::kTracking) {
-    last_visual_ = tracked.frame.stamp;
-    observation.visual = MakeVisualPose(tracked.T_WC, tracked.information, tracked.gradient,
-                                        tracked.error, options_.inertial.visual_noise);
-  }
-  return observation;
-}
-
-void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFrame& tracked,
-                            FrameResult& result) {
-  observation.see = [&] {
-    return FindSeen(map_, tracked.frame.features, {tracked.points, tracked.lines}, tracked.error);
-  };
-  // The result of a loop in progress would be lost.
-  observation.keeps_level = loop_closer_.IsClosing();
-  result.inertial = inertial_->Update(observation);
-  if (result.inertial->extrinsics) {
-    model_.SetExtrinsics(inertial_->T_BC());
-    pending_.SetExtrinsics(inertial_->T_BC().Inverse());
-  }
-  if (const std::optional<Pose>& T_gravity = result.inertial->T_gravity) {
-    worker_.Drop(map_, submap_);
-    map_.Transform(*T_gravity, submap_);
-    tracker_.Transform(*T_gravity);
-    tracked.T_WC = *T_gravity * tracked.T_WC;
-  }
-  if (const double weight = result.inertial->weight; weight > 0.0) {
-    const double seconds = ToSeconds(observation.image - last_fused_);
-    imu_constrained_time_ += seconds;
-    weighed_ += seconds * weight;
-  }
-  last_fused_ = observation.image;
-  if (const auto gravity_W = inertial_->gravity_W()) map_.SetGravity(gravity_W, submap_);
-  if (const std::optional<Pose> T_WC = inertial_->T_WC()) {
-    if (tracked.state == TrackingState::kLost) {
-      tracked.state = TrackingState::kInertial;
-      tracked.reference = last_keyframe_;
-    }
-    tracked.T_WC = *T_WC;
-    if (tracked.state == TrackingState::kTracking) tracker_.Correct(*T_WC);
-  }
 }
 
 bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
@@ -392,27 +302,6 @@ bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
                          .since_image = since_image,
                          .with_imu = inertial_.has_value()},
                         map_);
-}
-
-std::optional<InertialState> SlamSystem::Impl::MotionSince(const KeyFrame* last) const {
-  if (!inertial_) return std::nullopt;
-  const std::optional<InertialEstimate> estimate = inertial_->estimate();
-  if (!estimate) return std::nullopt;
-  InertialState motion;
-  motion.stamp = estimate->stamp;
-  motion.v_WB = estimate->state.v_WB;
-  motion.bias = estimate->bias;
-  motion.bias_sigma = estimate->covariance.diagonal().tail<6>().cwiseSqrt();
-  // The weight of an interval is the mean over its images. If combined as covariances, a single
-  // low-weight image would suppress the whole interval.
-  motion.weight =
-      imu_constrained_time_ > 0.0 ? weighed_ / imu_constrained_time_ : inertial_->weight();
-  if (last == nullptr || !last->motion) return motion;
-  if (auto imu = inertial_->Between(last->motion->stamp, estimate->stamp)) {
-    motion.previous = last->id;
-    motion.from_previous = std::make_shared<const ImuPreintegration>(*std::move(imu));
-  }
-  return motion;
 }
 
 void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result) {
@@ -527,7 +416,7 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
       finish_factors();
     }
   });
-  refiner_.FinishAll(map_, Knowledge(), &tracked_);
+  refiner_.FinishAll(map_, Knowledge(), tracked_.mutable_frames());
   Notify(reports);
   if (moved || MoveKeyframes(reports)) NotifyMoved();
   EmitAllKeyframes();
@@ -564,36 +453,13 @@ Trajectory SlamSystem::Impl::trajectory() const {
 
 Trajectory SlamSystem::Impl::keyframe_trajectory() const {
   Trajectory trajectory;
-  const std::optional<SubmapId> largest = LargestWorld();
+  const std::optional<SubmapId> largest = tracked_.LargestWorld(map_);
   if (!largest) return trajectory;
   for (const KeyFrameId id : map_.KeyFramesOf(*largest)) {
     if (id <= last_given_keyframe_) continue;
     trajectory.push_back({map_.keyframe(id)->frame.stamp, map_.keyframe(id)->T_WC});
   }
   return trajectory;
-}
-
-std::optional<SubmapId> SlamSystem::Impl::LargestWorld() const {
-  std::map<SubmapId, std::size_t> by_root;
-  for (const auto& [submap, frames] : frames_in_) by_root[map_.Root(submap)] += frames;
-  const auto largest =
-      std::ranges::max_element(by_root, {}, [](const auto& of) { return of.second; });
-  return largest != by_root.end() ? std::optional(largest->first) : std::nullopt;
-}
-
-std::vector<SubmapTrajectory> SlamSystem::Impl::submaps() const {
-  std::map<SubmapId, SubmapTrajectory> by_root;
-  for (const PosedFrame& t : tracked_) {
-    const SubmapId root = *map_.RootOf(t.pose.reference);
-    const auto [found, is_new] =
-        by_root.try_emplace(root, SubmapTrajectory{root, map_.NumKeyFramesOf(root), {}});
-    found->second.frames.push_back({t.stamp, t.pose.T_WC(map_)});
-  }
-  std::vector<SubmapTrajectory> submaps;
-  for (auto& [root, submap] : by_root) submaps.push_back(std::move(submap));
-  std::ranges::stable_sort(submaps, std::greater(),
-                           [](const SubmapTrajectory& s) { return s.frames.size(); });
-  return submaps;
 }
 
 }  // namespace highwall

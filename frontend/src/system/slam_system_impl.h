@@ -1,8 +1,6 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -10,7 +8,6 @@
 
 #include <highwall/frontend/inertial/inertial_odometry.h>
 #include <highwall/frontend/input/repeated_image.h>
-#include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 #include <highwall/frontend/system/slam_system.h>
@@ -21,9 +18,11 @@
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "sensor/sensor_model.h"
+#include "system/frame_trajectories.h"
 #include "system/keyframe_release.h"
 #include "system/map_worker.h"
 #include "system/pending_factors.h"
+#include "system/stamp_sequence.h"
 #include "tracking/frame_refiner.h"
 #include "tracking/tracker.h"
 
@@ -57,7 +56,7 @@ class SlamSystem::Impl {
   BundleAdjustmentReport AdjustAll();
   Trajectory trajectory() const;
   Trajectory keyframe_trajectory() const;
-  std::vector<SubmapTrajectory> submaps() const;
+  std::vector<SubmapTrajectory> submaps() const { return tracked_.ByWorld(map_); }
   SensorEstimate sensor() const {
     return {sensor_.timing_estimate(), depth_pattern_.pattern(), sensor_.noise()};
   }
@@ -65,8 +64,6 @@ class SlamSystem::Impl {
   const Map& map() const { return map_; }
 
  private:
-  // Throws InvalidArgument if the stamp cannot be that of the next frame.
-  void RequireNext(Stamp stamp);
   // A submap with fewer keyframes that is lost before it is merged is dropped: it began in blur.
   static constexpr int kMinSubmapKeyFrames = 5;
 
@@ -130,8 +127,6 @@ class SlamSystem::Impl {
   void EmitKeyframes(Stamp now);
   void EmitAllKeyframes();
   KeyframeRelease::MaskOf DynamicMasks() const;
-  // Returns the root of the world in which most frames were tracked; empty if there is none.
-  std::optional<SubmapId> LargestWorld() const;
 
   SlamOptions options_;
   FrameBuilder builder_;
@@ -150,11 +145,9 @@ class SlamSystem::Impl {
   Map map_;
   SlamCallbacks callbacks_;
   KeyframeRelease release_;
-  std::vector<PosedFrame> tracked_;
-  std::map<SubmapId, std::size_t> frames_in_;  // number of frames, by the submap of their keyframe
-  std::optional<Stamp> last_stamp_;
-  std::optional<Stamp> jumped_;  // the last stamp that was rejected because it jumped
-  bool metric_ = false;          // depth was verified to be in metres
+  FrameTrajectories tracked_;
+  StampSequence stamps_;
+  bool metric_ = false;  // depth was verified to be in metres
   RepeatedImage repeated_;
   std::optional<LossReason> lost_for_;  // of the last frame, if it has no pose
   SubmapId submap_ = kFirstSubmap;      // that keyframes currently join

@@ -1,6 +1,10 @@
 // Parts of SlamSystem that switch to another submap.
 #include <algorithm>
 
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
 
 #include "system/slam_system_impl.h"
@@ -50,6 +54,19 @@ void SlamSystem::Impl::BeginSubmap(TrackedFrame& tracked, FrameResult& result) {
   tracked.T_WC = FirstPose(tracked.frame.stamp);
 }
 
+Pose SlamSystem::Impl::FirstPose(Stamp stamp) const {
+  // W has z up and x forward for a camera held horizontally (x right, y down, z forward).
+  Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+  T.topLeftCorner<3, 3>() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Pose level = Pose::FromMatrix(T);
+  if (!inertial_) return level;
+  const auto up_C = inertial_->UpInCamera(stamp);
+  if (!up_C) return level;
+  const Eigen::Vector3d up_W = level.q() * *up_C;
+  return Pose(Eigen::Quaterniond::FromTwoVectors(up_W, Eigen::Vector3d::UnitZ()) * level.q(),
+              Eigen::Vector3d::Zero());
+}
+
 void SlamSystem::Impl::LeaveSubmap(FrameResult& result) {
   const bool joined = map_.Root(submap_) != submap_;
   if (submap_keyframes_ >= kMinSubmapKeyFrames || joined) return;
@@ -58,8 +75,7 @@ void SlamSystem::Impl::LeaveSubmap(FrameResult& result) {
   worker_.Drop(map_, submap_);
   result.drops_submap = map_.NumKeyFramesOf(submap_) > 0;
   map_.RemoveSubmap(submap_);
-  frames_in_.erase(submap_);
-  std::erase_if(tracked_, [&](const PosedFrame& t) { return !map_.RootOf(t.pose.reference); });
+  tracked_.Forget(submap_, map_);
 }
 
 }  // namespace highwall

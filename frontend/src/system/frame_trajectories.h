@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include <highwall/frontend/map/anchored_pose.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/system/slam_system.h>
+
+namespace highwall {
+
+// The poses of the tracked frames, which follow the keyframes they are anchored to, and the worlds
+// in which they were tracked.
+class FrameTrajectories {
+ public:
+  // Adds the newest frame. submap: of the active keyframe that it is anchored to.
+  void Add(const PosedFrame& frame, SubmapId submap);
+  // Removes the frames of a submap that was removed from the map.
+  void Forget(SubmapId submap, const Map& map);
+
+  // All of them, by stamp.
+  const std::vector<PosedFrame>& frames() const { return frames_; }
+  // For poses that are refined later.
+  std::vector<PosedFrame>* mutable_frames() { return &frames_; }
+
+  // Returns the root of the world in which most frames were tracked; empty if there is none.
+  std::optional<SubmapId> LargestWorld(const Map& map) const;
+  // Returns SlamSystem::submaps().
+  std::vector<SubmapTrajectory> ByWorld(const Map& map) const;
+
+ private:
+  std::vector<PosedFrame> frames_;
+  std::map<SubmapId, std::size_t> number_in_;  // number of frames, by the submap of their keyframe
+};
+
+}  // namespace highwall

@@ -1,0 +1,90 @@
+// Parts of SlamSystem that fuse images with the IMU.
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <highwall/core/stamp.h>
+#include <highwall/factors/imu_preintegration.h>
+#include <highwall/frontend/map/seen_landmarks.h>
+
+#include "system/slam_system_impl.h"
+
+namespace highwall {
+
+InertialOdometry::Observation SlamSystem::Impl::Observe(const TrackedFrame& tracked) {
+  InertialOdometry::Observation observation;
+  observation.image = tracked.frame.stamp;
+  const double sharpness = tracked.frame.features->sharpness;
+  if (usual_sharpness_ > 0.0) observation.sharpness = sharpness / usual_sharpness_;
+  FollowSharpness(*tracked.frame.features);
+  if (last_points_ > 0) {
+    observation.tracked_share =
+        std::min(1.0, static_cast<double>(tracked.num_points) / last_points_);
+  }
+  last_points_ = tracked.num_points;
+  if (tracked.state == TrackingState::kTracking) {
+    last_visual_ = tracked.frame.stamp;
+    observation.visual = MakeVisualPose(tracked.T_WC, tracked.information, tracked.gradient,
+                                        tracked.error, options_.inertial.visual_noise);
+  }
+  return observation;
+}
+
+void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFrame& tracked,
+                            FrameResult& result) {
+  observation.see = [&] {
+    return FindSeen(map_, tracked.frame.features, {tracked.points, tracked.lines}, tracked.error);
+  };
+  // The result of a loop in progress would be lost.
+  observation.keeps_level = loop_closer_.IsClosing();
+  result.inertial = inertial_->Update(observation);
+  if (result.inertial->extrinsics) {
+    model_.SetExtrinsics(inertial_->T_BC());
+    pending_.SetExtrinsics(inertial_->T_BC().Inverse());
+  }
+  if (const std::optional<Pose>& T_gravity = result.inertial->T_gravity) {
+    worker_.Drop(map_, submap_);
+    map_.Transform(*T_gravity, submap_);
+    tracker_.Transform(*T_gravity);
+    tracked.T_WC = *T_gravity * tracked.T_WC;
+  }
+  if (const double weight = result.inertial->weight; weight > 0.0) {
+    const double seconds = ToSeconds(observation.image - last_fused_);
+    imu_constrained_time_ += seconds;
+    weighed_ += seconds * weight;
+  }
+  last_fused_ = observation.image;
+  if (const auto gravity_W = inertial_->gravity_W()) map_.SetGravity(gravity_W, submap_);
+  if (const std::optional<Pose> T_WC = inertial_->T_WC()) {
+    if (tracked.state == TrackingState::kLost) {
+      tracked.state = TrackingState::kInertial;
+      tracked.reference = last_keyframe_;
+    }
+    tracked.T_WC = *T_WC;
+    if (tracked.state == TrackingState::kTracking) tracker_.Correct(*T_WC);
+  }
+}
+
+std::optional<InertialState> SlamSystem::Impl::MotionSince(const KeyFrame* last) const {
+  if (!inertial_) return std::nullopt;
+  const std::optional<InertialEstimate> estimate = inertial_->estimate();
+  if (!estimate) return std::nullopt;
+  InertialState motion;
+  motion.stamp = estimate->stamp;
+  motion.v_WB = estimate->state.v_WB;
+  motion.bias = estimate->bias;
+  motion.bias_sigma = estimate->covariance.diagonal().tail<6>().cwiseSqrt();
+  // The weight of an interval is the mean over its images. If combined as covariances, a single
+  // low-weight image would suppress the whole interval.
+  motion.weight =
+      imu_constrained_time_ > 0.0 ? weighed_ / imu_constrained_time_ : inertial_->weight();
+  if (last == nullptr || !last->motion) return motion;
+  if (auto imu = inertial_->Between(last->motion->stamp, estimate->stamp)) {
+    motion.previous = last->id;
+    motion.from_previous = std::make_shared<const ImuPreintegration>(*std::move(imu));
+  }
+  return motion;
+}
+
+}  // namespace highwall
