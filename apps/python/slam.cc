@@ -4,8 +4,10 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -376,9 +378,10 @@ void BindSlam(py::module_& module) {
           "A frame F that factors of your own are measured in: its number. upright: its z axis "
           "points up.")
       .def("add_factor", &AddFactor, py::arg("stamps"), py::arg("factor"),
-           py::arg("frame") = std::nullopt, py::arg("loss") = std::nullopt,
+           py::arg("frame") = std::nullopt, py::arg("loss") = std::nullopt, py::arg("source") = "",
            "A user factor: a factor on the poses T_WB at the stamps [ns], then, where "
-           "there is a frame, of T_FW. An exception that a factor written in Python raises "
+           "there is a frame, of T_FW. source: name of the sensor, to count by. An exception that "
+           "a factor written in Python raises "
            "later goes to sys.unraisablehook.")
       .def(
           "T_FW",
@@ -388,6 +391,9 @@ void BindSlam(py::module_& module) {
           },
           py::arg("frame"), "Where F lies; None as long as that is not known.")
       .def_property_readonly("factor_counts", Exclusively<PythonSlam>(&SlamSystem::factor_counts))
+      .def_property_readonly("factor_counts_by_source",
+                             Exclusively<PythonSlam>(&SlamSystem::factor_counts_by_source),
+                             "The same for each source named in add_factor().")
       .def(
           "track",
           [](Slam& self, Stamp stamp, const py::object& bgr, const py::object& depth) {

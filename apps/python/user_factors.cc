@@ -4,6 +4,7 @@
 
 #include <exception>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include <highwall/factors/position.h>
@@ -42,11 +43,11 @@ class GuardedCost final : public ceres::CostFunction {
 }  // namespace
 
 void AddFactor(Slam& self, std::vector<Stamp> stamps, const py::object& factor,
-               std::optional<int> frame, const py::object& loss) {
+               std::optional<int> frame, const py::object& loss, std::string source) {
   std::shared_ptr<ceres::CostFunction> cost = ShareFactor(factor, self.gate());
   // Factors of the library do not throw, and map files identify them by their type.
   if (py::isinstance<PythonFactor>(factor)) cost = std::make_shared<GuardedCost>(std::move(cost));
-  PoseFactor added{std::move(stamps), kNoId, std::move(cost), ShareLoss(loss)};
+  PoseFactor added{std::move(stamps), kNoId, std::move(cost), ShareLoss(loss), std::move(source)};
   if (frame) added.frame = ReferenceFrameId(*frame);
   self.Call([&](SlamSystem& slam) { slam.AddFactor(std::move(added)); });
 }

@@ -31,7 +31,8 @@ PoseFactor MakeGpsFactor(const GpsFix& fix, const Eigen::Vector3d& antenna_B,
           frame,
           std::make_shared<PositionFactor>(fix.p_G, antenna_B,
                                            fix.sigma.cwiseInverse().asDiagonal().toDenseMatrix()),
-          std::make_shared<ceres::HuberLoss>(kHuber)};
+          std::make_shared<ceres::HuberLoss>(kHuber),
+          kGpsSource};
 }
 
 GpsSummary SummarizeGps(const GpsFeed& feed, const FactorCounts& counts,

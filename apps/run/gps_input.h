@@ -34,12 +34,15 @@ struct GpsSummary {
 std::optional<GpsFeed> LoadGps(const std::filesystem::path& dataset, const RunConfig& config,
                                bool with_imu);
 
+// PoseFactor::source of the fixes.
+inline constexpr char kGpsSource[] = "gps";
+
 // Returns a fix as a robust factor: near walls the errors of a receiver far exceed its stated
 // accuracy.
 PoseFactor MakeGpsFactor(const GpsFix& fix, const Eigen::Vector3d& antenna_B,
                          ReferenceFrameId frame);
 
-// trajectory: final T_WC.
+// counts: of kGpsSource. trajectory: final T_WC.
 GpsSummary SummarizeGps(const GpsFeed& feed, const FactorCounts& counts,
                         const std::optional<Pose>& T_GW, const Trajectory& trajectory);
 

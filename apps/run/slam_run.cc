@@ -109,7 +109,8 @@ class GpsReplay {
   // Call last.
   std::optional<GpsSummary> Summary(const SlamSystem& slam) const {
     if (!feed_) return std::nullopt;
-    return SummarizeGps(*feed_, slam.factor_counts(), slam.T_FW(frame_), slam.trajectory());
+    return SummarizeGps(*feed_, slam.factor_counts_by_source()[kGpsSource], slam.T_FW(frame_),
+                        slam.trajectory());
   }
 
  private:

@@ -8,9 +8,13 @@
 #include <highwall/frontend/map/user_factors.h>
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <random>
 #include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <ceres/sized_cost_function.h>
 #include <gtest/gtest.h>
@@ -316,8 +320,9 @@ class PendingFactorsTest : public UserFactorsTest {
                       AnchoredPose::At(map, reference, Pose::FromTangent({x, 0, 0}, {0, 0, 0}))});
     pending.Attach(frames, &map);
   }
-  void Add(std::vector<Stamp> stamps) {
-    pending.Add({std::move(stamps), frame, PositionInFrame({1, 2, 3}, 0.1)});
+  void Add(std::vector<Stamp> stamps, std::string source = {}) {
+    pending.Add(
+        {std::move(stamps), frame, PositionInFrame({1, 2, 3}, 0.1), nullptr, std::move(source)});
   }
   Eigen::Vector3d Position(std::size_t factor) const {
     const AnchoredBodyPose& pose = map.factors().all().at(factor).poses.at(0);
@@ -333,12 +338,12 @@ TEST_F(PendingFactorsTest, WaitForAFrameAndLieBetweenThoseAroundThem) {
   Add({FromSeconds(1.25)});
   Add({FromSeconds(1.0)});
   pending.Attach(frames, &map);
-  EXPECT_EQ(pending.waiting(), 1u);
-  ASSERT_EQ(pending.attached(), 1u);
+  EXPECT_EQ(pending.Counts().waiting, 1u);
+  ASSERT_EQ(pending.Counts().attached, 1u);
   EXPECT_LT((Position(0) - Eigen::Vector3d(1.0, 0, 0.5)).norm(), 1e-12);
   Frame(2, 3_kf, 2.0);
-  EXPECT_EQ(pending.waiting(), 0u);
-  ASSERT_EQ(pending.attached(), 2u);
+  EXPECT_EQ(pending.Counts().waiting, 0u);
+  ASSERT_EQ(pending.Counts().attached, 2u);
   EXPECT_LT((Position(1) - Eigen::Vector3d(1.25, 0, 0.5)).norm(), 1e-12);
   EXPECT_EQ(map.factors().all()[1].poses[0].keyframe, 0_kf);  // of the nearer frame
 }
@@ -348,15 +353,36 @@ TEST_F(PendingFactorsTest, AreRefusedBeforeTheFirstFrameInGapsAndBetweenWorlds) 
   const KeyFrameId other = map.AddKeyFrame(map.keyframe(3_kf)->frame, Pose(), submap).id;
   for (const double second : {0.5, 1.5, 3.0, 4.5}) Add({FromSeconds(second)});
   Frame(1, 0_kf, 1.0);
-  EXPECT_EQ(pending.refused(), 1u);  // it precedes the first frame
+  EXPECT_EQ(pending.Counts().refused, 1u);  // it precedes the first frame
   Frame(2, 0_kf, 2.0);
-  EXPECT_EQ(pending.attached(), 1u);
+  EXPECT_EQ(pending.Counts().attached, 1u);
   Frame(4, 0_kf, 4.0);
-  EXPECT_EQ(pending.refused(), 2u);  // 2 s apart
+  EXPECT_EQ(pending.Counts().refused, 2u);  // 2 s apart
   Frame(5, other, 5.0);
-  EXPECT_EQ(pending.refused(), 3u);  // another world frame
-  EXPECT_EQ(pending.waiting(), 0u);
+  EXPECT_EQ(pending.Counts().refused, 3u);  // another world frame
+  EXPECT_EQ(pending.Counts().waiting, 0u);
   EXPECT_EQ(map.factors().all().size(), 1u);
+}
+
+TEST_F(PendingFactorsTest, AreCountedBySource) {
+  // The stamps of the wheels are those of another clock.
+  for (const double second : {1.0, 1.5, 5.0}) Add({FromSeconds(second)}, "gps");
+  for (const double second : {-9.0, -8.0}) Add({FromSeconds(second)}, "wheels");
+  Frame(1, 0_kf, 1.0);
+  Frame(2, 0_kf, 2.0);
+  const std::map<std::string, FactorCounts> counts = pending.BySource();
+  ASSERT_EQ(counts.size(), 2u);
+  EXPECT_EQ(counts.at("gps").waiting, 1u);
+  EXPECT_EQ(counts.at("gps").attached, 2u);
+  EXPECT_EQ(counts.at("gps").refused, 0u);
+  EXPECT_EQ(counts.at("wheels").waiting, 0u);
+  EXPECT_EQ(counts.at("wheels").attached, 0u);
+  EXPECT_EQ(counts.at("wheels").refused, 2u);
+  EXPECT_EQ(map.factors().all()[0].source, "gps");
+  const FactorCounts all = pending.Counts();
+  EXPECT_EQ(all.waiting, 1u);
+  EXPECT_EQ(all.attached, 2u);
+  EXPECT_EQ(all.refused, 2u);
 }
 
 }  // namespace

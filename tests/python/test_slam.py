@@ -60,11 +60,15 @@ def test_positions_of_the_user_place_their_frame(sensor):
         p_W = [0, -i * SHIFT * DEPTH / sensor.camera.fx, 0]
         p_G = (T_GW * hw.Pose(p_W, [0, 0, 0, 1])).p
         factor = hw.PositionFactor(p_G, np.zeros(3), np.eye(3) / 0.005)
-        slam.add_factor([image[0]], factor, gps, loss=hw.HuberLoss(3.0))
+        slam.add_factor([image[0]], factor, gps, loss=hw.HuberLoss(3.0), source="gps")
         assert slam.factor_counts.waiting == 1
         slam.track(*image)
     slam.finish()
     assert slam.factor_counts.attached == 25 and slam.factor_counts.refused == 0
+    slam.add_factor([2**60], factor, gps)
+    by_source = slam.factor_counts_by_source
+    assert by_source["gps"].attached == 25 and by_source["gps"].waiting == 0
+    assert by_source[""].attached == 0 and by_source[""].waiting == 1
     # The wall is square to the way: the camera, and with it W, may be off by what a pixel says.
     np.testing.assert_allclose(slam.T_FW(gps).p, T_GW.p, atol=5e-3)
     with pytest.raises(hw.InvalidArgument, match="2 blocks of 7"):

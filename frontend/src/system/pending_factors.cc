@@ -10,16 +10,33 @@ void PendingFactors::Attach(const std::vector<PosedFrame>& frames, Map* map) {
   const Stamp newest = frames.back().stamp;
   std::erase_if(waiting_, [&](const PoseFactor& factor) {
     if (factor.stamps.back() > newest) return false;
+    FactorCounts& counts = of_source_[factor.source];
     std::optional<MapFactor> made = MakeFactor(factor, frames, *map);
-    ++(made && map->AddFactor(*std::move(made)) ? attached_ : refused_);
+    ++(made && map->AddFactor(*std::move(made)) ? counts.attached : counts.refused);
     return true;
   });
+}
+
+std::map<std::string, FactorCounts> PendingFactors::BySource() const {
+  std::map<std::string, FactorCounts> counts = of_source_;
+  for (const PoseFactor& factor : waiting_) ++counts[factor.source].waiting;
+  return counts;
+}
+
+FactorCounts PendingFactors::Counts() const {
+  FactorCounts all;
+  for (const auto& [source, counts] : BySource()) {
+    all.waiting += counts.waiting;
+    all.attached += counts.attached;
+    all.refused += counts.refused;
+  }
+  return all;
 }
 
 std::optional<MapFactor> PendingFactors::MakeFactor(const PoseFactor& factor,
                                                     const std::vector<PosedFrame>& frames,
                                                     const Map& map) const {
-  MapFactor made{{}, factor.frame, factor.cost, factor.loss};
+  MapFactor made{{}, factor.frame, factor.cost, factor.loss, factor.source};
   for (const Stamp stamp : factor.stamps) {
     const std::optional<AnchoredBodyPose> pose = PoseAt(stamp, frames, map);
     if (!pose) return std::nullopt;

@@ -1,7 +1,8 @@
 #pragma once
 
-#include <cstddef>
+#include <map>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/map.h>
+#include <highwall/frontend/system/slam_system.h>
 
 namespace highwall {
 
@@ -26,11 +28,11 @@ class PendingFactors {
   // Adds the factors that need not wait any longer to the map. frames: all so far, by stamp.
   void Attach(const std::vector<PosedFrame>& frames, Map* map);
 
-  std::size_t waiting() const { return waiting_.size(); }
-  std::size_t attached() const { return attached_; }
-  // Number of factors rejected because no frame with a pose was near enough, or because the frames
-  // were in different worlds.
-  std::size_t refused() const { return refused_; }
+  // A factor is refused if no frame with a pose is near enough, or if the frames are in different
+  // worlds.
+  FactorCounts Counts() const;
+  // Returns the same by PoseFactor::source.
+  std::map<std::string, FactorCounts> BySource() const;
 
  private:
   std::optional<MapFactor> MakeFactor(const PoseFactor& factor,
@@ -41,7 +43,7 @@ class PendingFactors {
   Pose T_CB_;
   const double max_gap_;
   std::vector<PoseFactor> waiting_;
-  std::size_t attached_ = 0, refused_ = 0;
+  std::map<std::string, FactorCounts> of_source_;  // without those that wait
 };
 
 }  // namespace highwall

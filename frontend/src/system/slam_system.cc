@@ -37,6 +37,10 @@ FactorCounts SlamSystem::factor_counts() const {
   return impl_->factor_counts();
 }
 
+std::map<std::string, FactorCounts> SlamSystem::factor_counts_by_source() const {
+  return impl_->factor_counts_by_source();
+}
+
 FrameResult SlamSystem::Track(const RgbdImage& image) {
   return impl_->Track(image);
 }

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -44,8 +46,9 @@ class SlamSystem::Impl {
   }
   void AddFactor(PoseFactor factor);
   std::optional<Pose> T_FW(ReferenceFrameId frame) const;
-  FactorCounts factor_counts() const {
-    return {pending_.waiting(), pending_.attached(), pending_.refused()};
+  FactorCounts factor_counts() const { return pending_.Counts(); }
+  std::map<std::string, FactorCounts> factor_counts_by_source() const {
+    return pending_.BySource();
   }
   FrameResult Track(const RgbdImage& image);
   cv::Mat DynamicMaskOf(KeyFrameId keyframe) const;

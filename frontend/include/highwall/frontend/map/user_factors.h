@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <highwall/core/pose.h>
@@ -34,6 +35,8 @@ struct PoseFactor {
   // there is a frame.
   std::shared_ptr<ceres::CostFunction> cost;
   std::shared_ptr<ceres::LossFunction> loss{};  // may be null
+  // Name of the sensor, by which factors are counted (SlamSystem::factor_counts_by_source()).
+  std::string source{};
 
   // Throws InvalidArgument if the stamps or the blocks are not as above.
   void Validate() const;
@@ -51,6 +54,7 @@ struct MapFactor {
   ReferenceFrameId frame = kNoId;
   std::shared_ptr<ceres::CostFunction> cost;
   std::shared_ptr<ceres::LossFunction> loss;
+  std::string source{};
 };
 
 // The user factors of a map, and their reference frames.

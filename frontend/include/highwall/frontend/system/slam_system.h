@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
@@ -214,7 +216,11 @@ class SlamSystem {
   void AddFactor(PoseFactor factor);
   // T_FW, the pose of F, in the world of trajectory(); empty as long as it is unknown.
   std::optional<Pose> T_FW(ReferenceFrameId frame) const;
+  // Counts of all factors that were added.
   FactorCounts factor_counts() const;
+  // The same for each PoseFactor::source, so that a sensor whose factors are all refused (another
+  // clock, a wrong unit of its stamps) is not hidden by the others.
+  std::map<std::string, FactorCounts> factor_counts_by_source() const;
 
   // Throws InvalidArgument if stamps do not ascend, images do not fit, or depth is not in metres; a
   // rejected frame has no effect. It also throws for a stamp more than kLongestPause after the
