@@ -16,6 +16,7 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
+#include <highwall/core/relative_pose.h>
 
 #include "loops/frame_alignment.h"
 #include "loops/keyframe_graph.h"
@@ -93,6 +94,60 @@ TEST_F(FactorAdjusterTest, TakesTheDriftOutOfTheWholeMap) {
   EXPECT_LT(Error(), 0.1);
   EXPECT_GT((map.Find(PointId(1000))->p_W - landmark).norm(), 0.01) << "landmarks follow";
   EXPECT_EQ(map.keyframe(0_kf)->T_WC.p(), ring.truth[0].p()) << "the origin holds the world";
+}
+
+// Wheels that measure the motion of each step exactly, with a noise stated such that the drift of
+// one step is half a sigma: no single residual contradicts the drifted map, but their runs do.
+TEST_F(FactorAdjusterTest, ARunOfMotionsShowsADriftThatNoneOfThemShows) {
+  // A turn of 0.1 degrees a step to one side, and nothing else.
+  const Pose drift = Pose::FromTangent({0, 0, 0}, {0, 0.1 * M_PI / 180.0, 0});
+  Pose T = ring.truth.front();
+  Eigen::Matrix<double, 6, 6> W = Eigen::Matrix<double, 6, 6>::Identity() / 0.05;
+  W.bottomRightCorner<3, 3>() = Eigen::Matrix3d::Identity() / (0.2 * M_PI / 180.0);
+  for (std::size_t i = 1; i < ring.truth.size(); ++i) {
+    const Pose step = ring.truth[i - 1].Inverse() * ring.truth[i];
+    T = T * step * drift;
+    map.keyframe(KeyFrameId(i))->T_WC = T;
+    map.AddFactor({{{KeyFrameId(i - 1), Pose()}, {KeyFrameId(i), Pose()}},
+                   kNoId,
+                   std::make_shared<RelativePose>(step, W),
+                   nullptr,
+                   "wheels"});
+  }
+  const auto turned = [&] {
+    return (ring.truth.back().Inverse() * ring.map.keyframe(ring.last())->T_WC).Angle();
+  };
+  const double before = turned();
+  ASSERT_GT(before, 0.3);
+  const auto report = Adjust(defaults);
+  ASSERT_TRUE(report && report->accepted);
+  EXPECT_LT(turned(), 0.8 * before);
+}
+
+TEST_F(FactorAdjusterTest, FactorsOfOneSourceAndKindAreOneSeries) {
+  map.factors().Place(frame, kFirstSubmap, kT_FW);
+  const auto motion =
+      std::make_shared<RelativePose>(Pose(), Eigen::Matrix<double, 6, 6>::Identity());
+  const auto add = [&](int from, const char* source) {
+    map.AddFactor({{{KeyFrameId(from), Pose()}, {KeyFrameId(from + 1), Pose()}},
+                   kNoId,
+                   motion,
+                   nullptr,
+                   source});
+  };
+  const auto measure = [&](int at, const char* source) {
+    map.AddFactor(
+        {{{KeyFrameId(at), Pose()}}, frame, PositionInFrame(kT_FW.p(), 1.0), nullptr, source});
+  };
+  add(0, "wheels");
+  measure(0, "gps");
+  add(1, "legs");
+  add(2, "wheels");
+  measure(2, "gps");
+  measure(4, "total station");
+  const KeyFrameGraph graph = MakeKeyFrameGraph(map, {});
+  // The tilt of the frame comes before its first position.
+  EXPECT_EQ(graph.series, (std::vector<std::size_t>{0, 1, 2, 3, 0, 2, 4}));
 }
 
 TEST_F(FactorAdjusterTest, InTheBackgroundItComesToTheSame) {

@@ -74,23 +74,22 @@ bool EvaluatesTo(const ceres::CostFunction& cost, std::span<const double* const>
   }
 }
 
-// Returns the residuals in groups of one frame and one dimension, each in the order in which the
-// factors were added to the map.
-std::vector<Residuals> ResidualsOf(const PoseGraph& graph) {
+// Returns the residuals of each series, in the order in which its factors were added to the map.
+std::vector<Residuals> ResidualsOf(const KeyFrameGraph& of) {
+  const PoseGraph& graph = of.graph;
   std::unordered_map<std::int64_t, const double*> poses;
   for (const PoseGraphNode& node : graph.nodes) poses.emplace(node.id, node.pose.data());
-  std::map<std::pair<std::int64_t, int>, Residuals> groups;
-  for (const PoseGraphFactor& factor : graph.factors) {
+  std::map<std::size_t, Residuals> series;
+  for (std::size_t i = 0; i < graph.factors.size(); ++i) {
+    const PoseGraphFactor& factor = graph.factors[i];
     std::vector<const double*> blocks;
     for (const std::int64_t node : factor.nodes) blocks.push_back(poses.at(node));
-    const int size = factor.cost->num_residuals();
-    Eigen::VectorXd r(size);
+    Eigen::VectorXd r(factor.cost->num_residuals());
     if (!EvaluatesTo(*factor.cost, blocks, &r)) r.setConstant(HUGE_VAL);
-    // A frame is the last node; factors without one form groups of their own.
-    groups[{factor.nodes.back(), size}].push_back(std::move(r));
+    series[of.series[i]].push_back(std::move(r));
   }
   std::vector<Residuals> all;
-  for (auto& [key, residuals] : groups) all.push_back(std::move(residuals));
+  for (auto& [number, residuals] : series) all.push_back(std::move(residuals));
   return all;
 }
 
@@ -109,7 +108,7 @@ double MeanSquareOfSums(const Residuals& residuals, std::size_t length) {
 // Returns whether the measurements fit as expected from their noise: half of them are within the
 // median, so that less than half may be outliers of any size; and the inliers do not accumulate
 // over any stretch of the path, as they do if the path is bent.
-bool FitsItsNoise(const PoseGraph& graph) {
+bool FitsItsNoise(const KeyFrameGraph& graph) {
   constexpr double kMedian = 0.0, kFar = 3.09;  // 50 and 99.9 %
   std::ptrdiff_t within = 0;
   for (Residuals& residuals : ResidualsOf(graph)) {
@@ -221,7 +220,7 @@ class FactorAdjuster::Job {
       const PoseGraphSummary summary = SolvePoseGraph(&graph->graph, solve);
       report_.message = summary.message;
       solved = summary.status != SolveStatus::kFailed;
-      if (*stopped || (solved && FitsItsNoise(graph->graph))) break;
+      if (*stopped || (solved && FitsItsNoise(*graph))) break;
     }
     return solved;
   }

@@ -6,8 +6,11 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <string>
+#include <tuple>
 #include <utility>
 
+#include <ceres/cost_function.h>
 #include <Eigen/Cholesky>
 
 #include <highwall/core/error.h>
@@ -82,9 +85,30 @@ std::int64_t NodeOfFrame(const KeyFrameGraph& graph, std::size_t frame) {
   return static_cast<std::int64_t>(graph.keyframes.size() + 1 + frame);
 }
 
+// Numbers the series of user factors (KeyFrameGraph::series).
+class SeriesNumbers {
+ public:
+  // Of the measurements with one source, frame, number of bodies and number of residuals.
+  std::size_t Of(const MapFactor& factor) {
+    return Number({factor.source, factor.frame, factor.poses.size(), factor.cost->num_residuals()});
+  }
+  // Of the tilt of a frame, which no body measures.
+  std::size_t OfTilt(ReferenceFrameId frame) { return Number({std::string(), frame, 0, 0}); }
+
+ private:
+  using Kind = std::tuple<std::string, ReferenceFrameId, std::size_t, int>;
+
+  std::size_t Number(const Kind& kind) {
+    return numbers_.try_emplace(kind, numbers_.size()).first->second;
+  }
+
+  std::map<Kind, std::size_t> numbers_;
+};
+
 // Adds the user factors, and their reference frames as nodes.
 void AddFactors(const Map& map, SubmapId submap, KeyFrameGraph* result) {
   PoseGraph& graph = result->graph;
+  SeriesNumbers series;
   for (const MapFactor* factor : FactorsIn(map, submap)) {
     auto cost = std::make_shared<AnchoredCost>(*factor, Pose());
     PoseGraphFactor added{{}, cost, factor->loss};
@@ -96,6 +120,7 @@ void AddFactors(const Map& map, SubmapId submap, KeyFrameGraph* result) {
         if (map.factors().frame(id).upright) {
           graph.factors.push_back(
               {{node}, std::make_shared<GravityPrior>(UprightSigma(map, submap))});
+          result->series.push_back(series.OfTilt(id));
         }
       }
       added.nodes.push_back(node);
@@ -112,6 +137,7 @@ void AddFactors(const Map& map, SubmapId submap, KeyFrameGraph* result) {
       continue;
     }
     graph.factors.push_back(std::move(added));
+    result->series.push_back(series.Of(*factor));
   }
 }
 

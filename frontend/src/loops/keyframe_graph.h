@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <span>
@@ -23,6 +24,9 @@ struct KeyFrameGraph {
   std::map<ReferenceFrameId, std::size_t> frames{};
   int excluded = 0;     // user factors that cannot be evaluated at these poses
   std::string fault{};  // the reason of the first of them
+  // The series that each of graph.factors belongs to, a number: the measurements of one kind by one
+  // sensor, one after the other.
+  std::vector<std::size_t> series{};
 
   // Throws InvalidArgument if there is no such keyframe.
   std::int64_t NodeOf(KeyFrameId keyframe) const;
