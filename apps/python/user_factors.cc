@@ -62,7 +62,10 @@ void BindUserFactors(py::module_& module) {
   py::class_<FactorCounts>(module, "FactorCounts", "What became of the factors of your own.")
       .def_readonly("waiting", &FactorCounts::waiting, "For a frame at their last stamp.")
       .def_readonly("attached", &FactorCounts::attached, "To keyframes.")
-      .def_readonly("refused", &FactorCounts::refused, "No frame with a pose was near enough.");
+      .def_readonly("refused", &FactorCounts::refused, "No frame with a pose was near enough.")
+      .def_readonly("dropped", &FactorCounts::dropped,
+                    "Of those attached: all of their stamps ended at one keyframe, which a motion "
+                    "within it does not constrain.");
 }
 
 }  // namespace highwall::python

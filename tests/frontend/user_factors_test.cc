@@ -98,6 +98,28 @@ TEST_F(UserFactorsTest, AFactorOfACulledKeyFrameIsAnchoredToItsParent) {
   EXPECT_LT((OnlyPose().T_KB.p() - truth[2].p()).norm(), 1e-12);
 }
 
+TEST_F(UserFactorsTest, AMotionWithinOneKeyFrameIsDroppedAndCounted) {
+  const auto motion =
+      std::make_shared<RelativePose>(Pose(), Eigen::Matrix<double, 6, 6>::Identity());
+  const auto between = [&](KeyFrameId a, KeyFrameId b, const char* source) {
+    return map.AddFactor({{{a, Pose()}, {b, truth[1]}}, kNoId, motion, nullptr, source});
+  };
+  EXPECT_TRUE(between(1_kf, 1_kf, "wheels"));
+  EXPECT_TRUE(map.factors().all().empty());
+  EXPECT_TRUE(between(1_kf, 2_kf, "wheels"));
+  EXPECT_TRUE(between(0_kf, 2_kf, "legs"));
+  ASSERT_TRUE(map.AddFactor(At(2_kf)));
+  EXPECT_EQ(map.factors().all().size(), 3u);
+  EXPECT_EQ(map.factors().dropped().at("wheels"), 1u);
+  map.RemoveKeyFrame(2_kf, 1_kf);  // both ends of a motion are at 1_kf now
+  EXPECT_EQ(map.factors().all().size(), 2u) << "a position stays";
+  EXPECT_EQ(map.factors().dropped().at("wheels"), 2u);
+  EXPECT_FALSE(map.factors().dropped().contains("legs"));
+  map.RemoveKeyFrame(1_kf, 0_kf);
+  EXPECT_EQ(map.factors().all().size(), 1u);
+  EXPECT_EQ(map.factors().dropped().at("legs"), 1u);
+}
+
 TEST_F(UserFactorsTest, FactorsAnchoredToASubmapAreDroppedWithIt) {
   const SubmapId submap = map.AddSubmap();
   const KeyFrameId other = map.AddKeyFrame(map.keyframe(3_kf)->frame, Pose(), submap).id;
@@ -338,12 +360,12 @@ TEST_F(PendingFactorsTest, WaitForAFrameAndLieBetweenThoseAroundThem) {
   Add({FromSeconds(1.25)});
   Add({FromSeconds(1.0)});
   pending.Attach(frames, &map);
-  EXPECT_EQ(pending.Counts().waiting, 1u);
-  ASSERT_EQ(pending.Counts().attached, 1u);
+  EXPECT_EQ(pending.Counts(map.factors()).waiting, 1u);
+  ASSERT_EQ(pending.Counts(map.factors()).attached, 1u);
   EXPECT_LT((Position(0) - Eigen::Vector3d(1.0, 0, 0.5)).norm(), 1e-12);
   Frame(2, 3_kf, 2.0);
-  EXPECT_EQ(pending.Counts().waiting, 0u);
-  ASSERT_EQ(pending.Counts().attached, 2u);
+  EXPECT_EQ(pending.Counts(map.factors()).waiting, 0u);
+  ASSERT_EQ(pending.Counts(map.factors()).attached, 2u);
   EXPECT_LT((Position(1) - Eigen::Vector3d(1.25, 0, 0.5)).norm(), 1e-12);
   EXPECT_EQ(map.factors().all()[1].poses[0].keyframe, 0_kf);  // of the nearer frame
 }
@@ -353,14 +375,29 @@ TEST_F(PendingFactorsTest, AreRefusedBeforeTheFirstFrameInGapsAndBetweenWorlds) 
   const KeyFrameId other = map.AddKeyFrame(map.keyframe(3_kf)->frame, Pose(), submap).id;
   for (const double second : {0.5, 1.5, 3.0, 4.5}) Add({FromSeconds(second)});
   Frame(1, 0_kf, 1.0);
-  EXPECT_EQ(pending.Counts().refused, 1u);  // it precedes the first frame
+  EXPECT_EQ(pending.Counts(map.factors()).refused, 1u);  // it precedes the first frame
   Frame(2, 0_kf, 2.0);
-  EXPECT_EQ(pending.Counts().attached, 1u);
+  EXPECT_EQ(pending.Counts(map.factors()).attached, 1u);
   Frame(4, 0_kf, 4.0);
-  EXPECT_EQ(pending.Counts().refused, 2u);  // 2 s apart
+  EXPECT_EQ(pending.Counts(map.factors()).refused, 2u);  // 2 s apart
   Frame(5, other, 5.0);
-  EXPECT_EQ(pending.Counts().refused, 3u);  // another world frame
-  EXPECT_EQ(pending.Counts().waiting, 0u);
+  EXPECT_EQ(pending.Counts(map.factors()).refused, 3u);  // another world frame
+  EXPECT_EQ(pending.Counts(map.factors()).waiting, 0u);
+  EXPECT_EQ(map.factors().all().size(), 1u);
+}
+
+TEST_F(PendingFactorsTest, AMotionWithinOneKeyFrameCountsAsDropped) {
+  const auto motion =
+      std::make_shared<RelativePose>(Pose(), Eigen::Matrix<double, 6, 6>::Identity());
+  pending.Add({{FromSeconds(1), FromSeconds(2)}, kNoId, motion, nullptr, "wheels"});
+  pending.Add({{FromSeconds(1), FromSeconds(3)}, kNoId, motion, nullptr, "wheels"});
+  Frame(1, 0_kf, 1.0);
+  Frame(2, 0_kf, 2.0);
+  Frame(3, 1_kf, 3.0);
+  const FactorCounts counts = pending.BySource(map.factors()).at("wheels");
+  EXPECT_EQ(counts.attached, 2u);
+  EXPECT_EQ(counts.dropped, 1u);
+  EXPECT_EQ(counts.refused, 0u);
   EXPECT_EQ(map.factors().all().size(), 1u);
 }
 
@@ -370,7 +407,7 @@ TEST_F(PendingFactorsTest, AreCountedBySource) {
   for (const double second : {-9.0, -8.0}) Add({FromSeconds(second)}, "wheels");
   Frame(1, 0_kf, 1.0);
   Frame(2, 0_kf, 2.0);
-  const std::map<std::string, FactorCounts> counts = pending.BySource();
+  const std::map<std::string, FactorCounts> counts = pending.BySource(map.factors());
   ASSERT_EQ(counts.size(), 2u);
   EXPECT_EQ(counts.at("gps").waiting, 1u);
   EXPECT_EQ(counts.at("gps").attached, 2u);
@@ -379,7 +416,7 @@ TEST_F(PendingFactorsTest, AreCountedBySource) {
   EXPECT_EQ(counts.at("wheels").attached, 0u);
   EXPECT_EQ(counts.at("wheels").refused, 2u);
   EXPECT_EQ(map.factors().all()[0].source, "gps");
-  const FactorCounts all = pending.Counts();
+  const FactorCounts all = pending.Counts(map.factors());
   EXPECT_EQ(all.waiting, 1u);
   EXPECT_EQ(all.attached, 2u);
   EXPECT_EQ(all.refused, 2u);

@@ -10,6 +10,16 @@
 #include <highwall/core/error.h>
 
 namespace highwall {
+namespace {
+
+bool IsMotionWithinOneKeyFrame(const MapFactor& factor) {
+  return factor.frame == kNoId && factor.poses.size() > 1 &&
+         std::ranges::all_of(factor.poses, [&](const AnchoredBodyPose& pose) {
+           return pose.keyframe == factor.poses.front().keyframe;
+         });
+}
+
+}  // namespace
 
 void PoseFactor::Validate() const {
   HIGHWALL_REQUIRE(cost != nullptr, "PoseFactor::cost must not be null");
@@ -29,6 +39,14 @@ void PoseFactor::Validate() const {
 ReferenceFrameId UserFactors::AddFrame(const ReferenceFrame& frame) {
   frames_.push_back({frame, {}});
   return ReferenceFrameId(frames_.size() - 1);
+}
+
+void UserFactors::Add(MapFactor factor) {
+  if (IsMotionWithinOneKeyFrame(factor)) {
+    ++dropped_[factor.source];
+  } else {
+    factors_.push_back(std::move(factor));
+  }
 }
 
 const UserFactors::Frame& UserFactors::At(ReferenceFrameId id) const {
@@ -71,6 +89,11 @@ void UserFactors::Carry(KeyFrameId from, KeyFrameId to, const Pose& T_to_from) {
       if (pose.keyframe == from) pose = {to, T_to_from * pose.T_KB};
     }
   }
+  std::erase_if(factors_, [&](const MapFactor& factor) {
+    if (!IsMotionWithinOneKeyFrame(factor)) return false;
+    ++dropped_[factor.source];
+    return true;
+  });
 }
 
 void UserFactors::Remove(KeyFrameId keyframe) {

@@ -17,18 +17,20 @@ void PendingFactors::Attach(const std::vector<PosedFrame>& frames, Map* map) {
   });
 }
 
-std::map<std::string, FactorCounts> PendingFactors::BySource() const {
+std::map<std::string, FactorCounts> PendingFactors::BySource(const UserFactors& in_map) const {
   std::map<std::string, FactorCounts> counts = of_source_;
   for (const PoseFactor& factor : waiting_) ++counts[factor.source].waiting;
+  for (const auto& [source, dropped] : in_map.dropped()) counts[source].dropped = dropped;
   return counts;
 }
 
-FactorCounts PendingFactors::Counts() const {
+FactorCounts PendingFactors::Counts(const UserFactors& in_map) const {
   FactorCounts all;
-  for (const auto& [source, counts] : BySource()) {
+  for (const auto& [source, counts] : BySource(in_map)) {
     all.waiting += counts.waiting;
     all.attached += counts.attached;
     all.refused += counts.refused;
+    all.dropped += counts.dropped;
   }
   return all;
 }

@@ -29,10 +29,10 @@ class PendingFactors {
   void Attach(const std::vector<PosedFrame>& frames, Map* map);
 
   // A factor is refused if no frame with a pose is near enough, or if the frames are in different
-  // worlds.
-  FactorCounts Counts() const;
+  // worlds. in_map: those of the map, which may drop some of them.
+  FactorCounts Counts(const UserFactors& in_map) const;
   // Returns the same by PoseFactor::source.
-  std::map<std::string, FactorCounts> BySource() const;
+  std::map<std::string, FactorCounts> BySource(const UserFactors& in_map) const;
 
  private:
   std::optional<MapFactor> MakeFactor(const PoseFactor& factor,

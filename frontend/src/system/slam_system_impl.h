@@ -46,9 +46,9 @@ class SlamSystem::Impl {
   }
   void AddFactor(PoseFactor factor);
   std::optional<Pose> T_FW(ReferenceFrameId frame) const;
-  FactorCounts factor_counts() const { return pending_.Counts(); }
+  FactorCounts factor_counts() const { return pending_.Counts(map_.factors()); }
   std::map<std::string, FactorCounts> factor_counts_by_source() const {
-    return pending_.BySource();
+    return pending_.BySource(map_.factors());
   }
   FrameResult Track(const RgbdImage& image);
   cv::Mat DynamicMaskOf(KeyFrameId keyframe) const;

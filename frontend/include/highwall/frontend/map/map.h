@@ -163,7 +163,8 @@ class Map {
   const UserFactors& factors() const { return factors_; }
   UserFactors& factors() { return factors_; }
   // poses: anchored to keyframes that may have been removed, then to their parents. Returns false
-  // and adds nothing if one was removed with its submap.
+  // and adds nothing if one was removed with its submap. A motion within one keyframe is dropped
+  // (UserFactors::Add).
   bool AddFactor(MapFactor factor);
 
   // Updates descriptor, viewing direction and scale range of a point from its observations.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <optional>
@@ -61,9 +62,13 @@ struct MapFactor {
 class UserFactors {
  public:
   ReferenceFrameId AddFrame(const ReferenceFrame& frame);
-  void Add(MapFactor factor) { factors_.push_back(std::move(factor)); }
+  // Adds a factor, or drops it if it is a motion within one keyframe: several poses, all of them
+  // anchored to one keyframe, and no frame. Its residual is the same wherever the keyframe is.
+  void Add(MapFactor factor);
 
   const std::vector<MapFactor>& all() const { return factors_; }
+  // Number of motions within one keyframe that were dropped, by MapFactor::source.
+  const std::map<std::string, std::size_t>& dropped() const { return dropped_; }
   // Throws InvalidArgument if there is no such frame, as do the next two.
   const ReferenceFrame& frame(ReferenceFrameId id) const;
   // T_FW in the world of a root; empty as long as it is unknown.
@@ -73,7 +78,8 @@ class UserFactors {
   std::map<ReferenceFrameId, Pose> PlacesIn(SubmapId root) const;
   std::vector<ReferenceFrameId> frames() const;
 
-  // Re-anchors the poses of a keyframe that is removed to another one.
+  // Re-anchors the poses of a keyframe that is removed to another one; drops the factors that
+  // become motions within one keyframe.
   void Carry(KeyFrameId from, KeyFrameId to, const Pose& T_to_from);
   // Removes all factors that involve a keyframe that is removed.
   void Remove(KeyFrameId keyframe);
@@ -93,6 +99,7 @@ class UserFactors {
 
   std::vector<MapFactor> factors_;
   std::vector<Frame> frames_;  // by id
+  std::map<std::string, std::size_t> dropped_;
 };
 
 }  // namespace highwall

@@ -148,6 +148,9 @@ struct FactorCounts {
   std::size_t waiting = 0;   // for a frame at their stamp
   std::size_t attached = 0;  // to keyframes
   std::size_t refused = 0;   // no frame with a pose was near enough
+  // Of those attached, the ones that were dropped because all of their stamps ended at one
+  // keyframe: a motion within a keyframe constrains no pose of the map.
+  std::size_t dropped = 0;
 };
 
 // Trajectory of the frames tracked in one world frame.
