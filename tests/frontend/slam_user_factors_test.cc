@@ -166,6 +166,28 @@ TEST_F(SlamUserFactorsTest, MotionBetweenStampsNeedsNoFrame) {
   EXPECT_EQ(with.factor_counts().attached, 19u);
 }
 
+TEST_F(SlamUserFactorsTest, FactorsAddedAfterTheLastFrameTakePart) {
+  constexpr std::size_t kFrames = 30;  // 3 s
+  SlamSystem slam = MakeSystem();
+  for (std::size_t i = 0; i < kFrames; ++i) slam.Track(drive_->images[i]);
+  const auto measure = [&](std::size_t from, std::size_t to) {
+    const StampedPose &a = drive_->truth[from], &b = drive_->truth[to];
+    const Eigen::Matrix<double, 6, 6> W = Eigen::Matrix<double, 6, 6>::Identity() / 0.002;
+    slam.AddFactor(
+        {{a.stamp, b.stamp}, kNoId, std::make_shared<RelativePose>(a.pose.Inverse() * b.pose, W)});
+  };
+  measure(0, kFrames - 1);
+  measure(0, kFrames);  // its last stamp is after the last frame
+  EXPECT_EQ(slam.factor_counts().waiting, 2u);
+  slam.Finish();
+  EXPECT_EQ(slam.factor_counts().waiting, 1u);
+  EXPECT_EQ(slam.factor_counts().attached, 1u);
+  EXPECT_EQ(slam.map().factors().all().size(), 1u);
+  measure(1, kFrames - 2);
+  EXPECT_EQ(slam.AdjustAll().user_factors, 2);
+  EXPECT_EQ(slam.factor_counts().attached, 2u);
+}
+
 TEST_F(SlamUserFactorsTest, RefusesFactorsThatDoNotMatchTheirFrame) {
   SlamSystem slam = MakeSystem();
   const auto cost = std::make_shared<PositionFactor>(

@@ -411,6 +411,7 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
     reports = loop_closer_.Finish(&map_);
     factor_adjuster_.Remember(map_, loop_closer_.TakeMovesByFactors());
     finish_factors();
+    pending_.Attach(tracked_.frames(), &map_);
     for (const SubmapId root : map_.roots()) {
       factor_adjuster_.BeginLast(map_, root, loop_closer_.loops());
       finish_factors();
@@ -430,6 +431,7 @@ BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
   bool moved = false;
   WithTracker([&] {
     sensor_.CompensateAll(&map_);
+    pending_.Attach(tracked_.frames(), &map_);
     for (const SubmapId root : map_.roots()) {
       worker_.Drop(map_, root);
       const BundleAdjustmentReport adjusted =

@@ -250,10 +250,12 @@ class SlamSystem {
   KeyframeEvent waiting_keyframes() const;
 
   // Waits for the running adjustment and loop closure, if any, applies both to the map, and then
-  // new user factors; refines the poses of the last frames.
+  // new user factors, also those added after the last frame; refines the poses of the last frames.
+  // A factor with a stamp after the last frame with a pose still waits.
   std::vector<LoopReport> Finish();
-  // After Finish(): runs one more adjustment of all keyframes and landmarks together. The poses of
-  // frames follow their keyframes. Throws InvalidArgument if the system only localizes.
+  // After Finish(): runs one more adjustment of all keyframes and landmarks together, with the user
+  // factors added until then. The poses of frames follow their keyframes. Throws InvalidArgument if
+  // the system only localizes.
   BundleAdjustmentReport AdjustAll();
 
   // T_WC of every tracked frame after all adjustments so far: a frame keeps its pose relative to
