@@ -239,12 +239,23 @@ std::optional<RunConfig> KnownConfig(const std::filesystem::path& directory) {
   return std::nullopt;
 }
 
-// The report is of colour and depth images that are listed apart: throws IoError for a recording
-// in a format without such lists.
+IoError NotListed(const std::filesystem::path& directory, const DatasetReader& reader) {
+  return {directory, "is of " + std::string(reader.format) +
+                         "'s layout, which info does not read; highwall slam does"};
+}
+
+// The report is of colour and depth images that are listed apart, and of the calibration that fits
+// them. Throws IoError for a recording that states its own calibration, before anything in it is
+// read: its faults are of no use where it is refused anyway.
+void RequireUncalibrated(const std::filesystem::path& directory) {
+  const DatasetReader* const reader = FindDatasetReader(directory);
+  if (reader != nullptr && !reader->calibration.empty()) throw NotListed(directory, *reader);
+}
+
+// Throws IoError for a recording in a format without lists of colour and depth images.
 const TumDataset& Listed(const std::filesystem::path& directory, const Dataset& dataset) {
   if (const auto* const listed = dynamic_cast<const TumDataset*>(&dataset)) return *listed;
-  throw IoError(directory, "is of " + std::string(FindDatasetReader(directory)->format) +
-                               "'s layout, which info does not read; highwall slam does");
+  throw NotListed(directory, *FindDatasetReader(directory));
 }
 
 }  // namespace
@@ -283,6 +294,7 @@ StreamReport DescribeStamps(const std::vector<Stamp>& stamps) {
 
 DatasetReport InspectDataset(const std::filesystem::path& directory, double max_pair_difference,
                              const std::function<void(std::size_t, std::size_t)>& progress) {
+  RequireUncalibrated(directory);
   const std::optional<RunConfig> config = KnownConfig(directory);
   // The statistics are those of the stored depth, so nothing but its unit is taken from the sensor.
   RgbdSensor sensor;

@@ -266,5 +266,14 @@ TEST_F(InfoTest, ExitsWithOneForWrongUsageAndZeroForHelp) {
   EXPECT_NE(help.out.find("Example"), std::string::npos);
 }
 
+TEST_F(InfoTest, RefusesARecordingOfEurocBeforeItReadsIt) {
+  // Neither this file nor the missing ones are named.
+  std::filesystem::create_directories(dataset() / "mav0" / "cam0");
+  WriteText(dataset() / "mav0" / "cam0" / "sensor.yaml", "no calibration");
+  testing::ExpectRefused(Info(), 2, {dataset().string(), "EuRoC", "highwall slam does"});
+  WriteText(dataset() / "calibration.yaml", "no calibration");
+  testing::ExpectRefused(Info(), 2, {"EuRoC", "highwall slam does"});
+}
+
 }  // namespace
 }  // namespace highwall::info_test
