@@ -12,8 +12,10 @@ constexpr std::string_view kFixed = "fixed:";
 
 // Returns the error message; empty if the choice is valid.
 std::string Problem(const std::string& choice) {
-  if (choice == "off" || choice == "paper" || choice == "consistent") return "";
-  const std::string problem = "must be off, paper, consistent or fixed:W, is " + choice;
+  if (choice == "off" || choice == "paper") return "";
+  // Its name until version 0.2.
+  if (choice == "consistent") return "consistent is what an IMU has by default: leave it out";
+  const std::string problem = "must be off, paper or fixed:W, is " + choice;
   if (!choice.starts_with(kFixed)) return problem;
   const std::string weight = choice.substr(kFixed.size());
   const std::optional<double> value = ReadNumber<double>(weight);
@@ -34,7 +36,6 @@ std::optional<ImuWeightingOptions> ReadImuChoice(const std::string& choice) {
   HIGHWALL_REQUIRE(problem.empty(), "ReadImuChoice: " + problem);
   if (choice == "off") return std::nullopt;
   if (choice == "paper") weighting.policy = ImuWeighting::kPaper;
-  if (choice == "consistent") weighting.policy = ImuWeighting::kConsistent;
   if (choice.starts_with(kFixed)) {
     weighting.policy = ImuWeighting::kFixed;
     weighting.fixed_weight = *ReadNumber<double>(choice.substr(kFixed.size()));

@@ -55,7 +55,6 @@ void ApplySwitches(const SlamArguments& arguments, SlamOptions* slam) {
   apply(arguments.mad_rule, &slam->measurement.mad_rule);
   apply(arguments.moving_objects, &slam->tracker.moving.enabled);
   apply(arguments.frame_timing, &slam->tracker.timing);
-  apply(arguments.coupling, &slam->inertial.coupling);
   if (!arguments.imu.empty()) apply(ReadImuChoice(arguments.imu), &slam->inertial.weighting);
   if (arguments.no_loops || arguments.localize) slam->loops.enabled = false;
   if (arguments.localize) slam->localize_only = true;
@@ -123,13 +122,9 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
       ->capture_default_str();
   command
       ->add_option("--imu", arguments->imu,
-                   "off, or the weight of its residuals: paper, consistent, fixed:W (default: "
-                   "consistent where the dataset has an IMU)")
+                   "off, or the weight of its residuals: paper, fixed:W (default: 1 where the "
+                   "dataset has an IMU, less while it contradicts the images)")
       ->check(ImuChoice());
-  AddChoice(command, "--inertial", &arguments->coupling,
-            Named<InertialCoupling>(kChoices<InertialCoupling>),
-            "How an IMU is coupled with the images: by the landmarks that they see, or by the pose "
-            "that they give (default: tight)");
   AddChoice<bool>(command, "--gps", &arguments->gps, {{"on", true}, {"off", false}},
                   "on: the fixes of gps.csv keep the map from drifting, where the dataset has them "
                   "(default: on)");

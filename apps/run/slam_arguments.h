@@ -28,7 +28,6 @@ struct SlamArguments {
   std::optional<MadRule> mad_rule;
   std::optional<bool> moving_objects;
   std::optional<FrameTimingMode> frame_timing;
-  std::optional<InertialCoupling> coupling;
   double resolution = OctomapBuilderOptions().resolution;
   double max_pair_difference = kMaxPairDifference;  // [s]
   std::string imu;                                  // --imu as given

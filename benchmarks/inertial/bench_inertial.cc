@@ -62,6 +62,19 @@ apps::ImuFeed MakeFeed(const Dataset& dataset, const std::optional<ImuCalibratio
   return {input->calibration, std::move(input->samples)};
 }
 
+// The policy that highwall slam has by default, where it has no name.
+constexpr char kDefaultPolicy[] = "consistent";
+
+// Returns the weighting of a policy; empty for "off".
+std::optional<ImuWeightingOptions> WeightingOf(const std::string& policy) {
+  return apps::ReadImuChoice(policy == kDefaultPolicy ? "" : policy);
+}
+
+// Returns the error message; empty if the policy is valid.
+std::string ProblemOf(const std::string& policy) {
+  return policy == kDefaultPolicy ? "" : apps::ImuChoice()(policy);
+}
+
 // A weighting and coupling of the IMU.
 struct Setting {
   std::string policy, coupling;
@@ -74,7 +87,7 @@ struct Setting {
 std::vector<Setting> Settings(const Arguments& arguments) {
   std::vector<Setting> settings;
   for (const std::string& policy : arguments.policies) {
-    if (!apps::ReadImuChoice(policy)) {
+    if (!WeightingOf(policy)) {
       settings.push_back({policy, ""});
       continue;
     }
@@ -97,7 +110,7 @@ Scores RunOnce(const Sequence& sequence, const Setting& setting, const Arguments
   apps::SlamRunOptions options;
   options.dense = false;
   options.slam = Deterministic(options.slam);  // reproducible figures
-  if (const auto weighting = apps::ReadImuChoice(setting.policy)) {
+  if (const auto weighting = WeightingOf(setting.policy)) {
     options.imu = MakeFeed(dataset, config.imu, arguments.time_offset);
     options.slam.inertial.weighting = *weighting;
     options.slam.inertial.coupling =
@@ -193,7 +206,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--imu", arguments.policies,
                  "off, paper, consistent, fixed:W; separated by commas")
       ->delimiter(',')
-      ->check(apps::ImuChoice());
+      ->check(CLI::Validator(ProblemOf, ""));
   AddList(app, "--inertial", arguments.couplings, {"tight", "loose"});
   app.add_option("--seeds", arguments.seeds, "Sequences of each scene")
       ->check(apps::Between(1.0, 1000.0));

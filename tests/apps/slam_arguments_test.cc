@@ -101,10 +101,8 @@ std::vector<Case> Cases() {
       {"--imu paper",
        json::object(),  // "imu" is "off" without readings
        [](O o) { return o.slam.inertial.weighting.policy == ImuWeighting::kPaper; }},
-      {"--inertial loose", json::object(),
+      {"--set inertial.coupling=loose", json::object(),
        [](O o) { return o.slam.inertial.coupling == InertialCoupling::kLoose; }},
-      {"--inertial tight", json::object(),
-       [](O o) { return o.slam.inertial.coupling == InertialCoupling::kTight; }},
       {"--imu fixed:3", json::object(),
        [](O o) {
          return o.slam.inertial.weighting.policy == ImuWeighting::kFixed &&
@@ -187,7 +185,9 @@ TEST(SlamArguments, SwitchesGoBeforeTheFileOfSettingsAndSetBeforeBoth) {
   EXPECT_TRUE(Options("--features both" + file).slam.frame.use_lines);
   EXPECT_EQ(Options("--line-detector edlines" + file).slam.frame.lines.detector,
             LineDetector::kEdLines);
-  EXPECT_EQ(Options("--imu consistent" + file).slam.inertial.weighting.policy,
+  EXPECT_EQ(Options("--imu fixed:2" + file).slam.inertial.weighting.policy, ImuWeighting::kFixed);
+  EXPECT_EQ(Options("--set inertial.weighting.policy=consistent --imu paper" + file)
+                .slam.inertial.weighting.policy,
             ImuWeighting::kConsistent);
   EXPECT_FALSE(Options("--set frame.use_lines=false --features both").slam.frame.use_lines);
   EXPECT_EQ(0, Options("--deterministic --set threads=4").slam.threads);
@@ -204,6 +204,19 @@ TEST(SlamArguments, PrintingTheSettingsNeedsNoDataset) {
   EXPECT_THROW(other.parse("--json"), CLI::RequiredError);
 }
 
+TEST(SlamArguments, TheDefaultWeightOfTheImuAndTheCouplingHaveNoSwitch) {
+  EXPECT_EQ(Options("").slam.inertial.weighting.policy, ImuWeighting::kConsistent);
+  EXPECT_EQ(Options("").slam.inertial.coupling, InertialCoupling::kTight);
+  EXPECT_EQ(Options("--imu paper").slam.inertial.coupling, InertialCoupling::kTight);
+  EXPECT_THROW(Parse("--imu consistent"), CLI::ValidationError);
+  EXPECT_THROW(Parse("--inertial loose"), CLI::ParseError);
+  const std::string file =
+      SettingsFileOf("inertial: {coupling: loose, weighting: {policy: consistent}}");
+  EXPECT_EQ(Options("--settings " + file).slam.inertial.coupling, InertialCoupling::kLoose);
+  EXPECT_EQ(Options("--settings " + file).slam.inertial.weighting.policy,
+            ImuWeighting::kConsistent);
+}
+
 TEST(SlamArguments, ASettingThatCannotBeIsWrongUsage) {
   for (const char* switches :
        {"--set tracker.min_suport=7", "--set tracker.min_support=3", "--set tracker.min_support",
@@ -214,7 +227,7 @@ TEST(SlamArguments, ASettingThatCannotBeIsWrongUsage) {
 
 TEST(SlamArguments, TheReadingsOfTheImuAreWantedUnlessTheyAreOffOrTheMapStaysAsItIs) {
   EXPECT_TRUE(WantsImu(Parse("")));
-  EXPECT_TRUE(WantsImu(Parse("--imu consistent")));
+  EXPECT_TRUE(WantsImu(Parse("--imu fixed:1")));
   EXPECT_FALSE(WantsImu(Parse("--imu off")));
   EXPECT_FALSE(WantsImu(Parse("--load-map a --localize")));
   EXPECT_THROW(Parse("--load-map a --localize --imu paper"), CLI::ValidationError);

@@ -52,6 +52,7 @@ TEST(BenchInertial, JsonHoldsEverySeedAndTheMediansOfEachPolicy) {
 TEST(BenchInertial, WrongUsageExitsWithOne) {
   EXPECT_EQ(Bench("--scenes cave").exit_code, 1);
   EXPECT_EQ(Bench("--imu always").exit_code, 1);
+  EXPECT_EQ(Bench("--imu consistent,fixed:0").exit_code, 1);
   EXPECT_EQ(Bench("--inertial rigid").exit_code, 1);
   EXPECT_EQ(Bench("--seeds 0").exit_code, 1);
   EXPECT_EQ(Bench("--time-offset 1").exit_code, 1);
