@@ -437,7 +437,7 @@ void BindSlam(py::module_& module) {
           },
           py::arg("path"), py::arg("camera"),
           "Returns how many factors of your own the file does not keep: all but those of a "
-          "PositionFactor with no loss or Huber's.");
+          "PositionFactor or a RelativePose with no loss or Huber's.");
 }
 
 }  // namespace highwall::python

@@ -14,7 +14,7 @@ using ConstQuaternion = Eigen::Map<const Eigen::Quaterniond>;
 }  // namespace
 
 RelativePose::RelativePose(const Pose& Z, const Eigen::Matrix<double, 6, 6>& sqrt_information)
-    : Z_inverse_(Z.Inverse()), W_(sqrt_information) {
+    : Z_(Z), Z_inverse_(Z.Inverse()), W_(sqrt_information) {
   HIGHWALL_REQUIRE(sqrt_information.allFinite(), "RelativePose: sqrt_information must be finite");
 }
 

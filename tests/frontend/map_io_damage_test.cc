@@ -204,7 +204,10 @@ TEST_F(MapIoDamageTest, RefusesFactorsThatNoMapHas) {
   Save();
   const std::string bytes = Bytes();
   constexpr std::size_t kFactor = 4 + 56 + 4 + 15 * 8 + 8;  // keyframe, pose, frame, cost, loss
-  const std::size_t second = bytes.size() - kFactor, first = second - kFactor;
+  constexpr std::size_t kMotion =
+      2 * (4 + 56) + 56 + 36 * 8 + 8;  // keyframes and poses, cost, loss
+  const std::size_t motion = bytes.size() - kMotion;
+  const std::size_t second = motion - 4 - kFactor, first = second - kFactor;
   const auto with = [&](std::size_t at, auto value) {
     std::string edited = bytes;
     std::memcpy(edited.data() + at, &value, sizeof(value));
@@ -219,6 +222,12 @@ TEST_F(MapIoDamageTest, RefusesFactorsThatNoMapHas) {
   with(second + 64, std::numeric_limits<double>::quiet_NaN());
   ExpectError("a factor's numbers are beyond all");
   with(second + kFactor - 8, -1.0);
+  ExpectError("a factor's numbers are beyond all");
+  with(motion + 60, std::int32_t{7});
+  ExpectError("a factor has no keyframe as its anchor");
+  with(motion + 120, 1e300);
+  ExpectError("a factor's motion is none");
+  with(motion + 176, std::numeric_limits<double>::infinity());
   ExpectError("a factor's numbers are beyond all");
   const std::size_t frames = first - 4 - (1 + 4) - (1 + 4 + 4 + 56);  // behind their count
   with(frames + 5, std::int32_t{1});

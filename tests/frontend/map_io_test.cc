@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/core/relative_pose.h>
 #include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/map/map.h>
 
@@ -265,10 +266,10 @@ TEST_F(MapIoTest, KeepsTheFeatureTypeOfThePoints) {
   ExpectError("is damaged: points by mine: FeatureType::columns must be 1 to 4096, is 0");
 }
 
-TEST_F(MapIoTest, PositionsAreKeptWithTheirFramesAndOthersAreCounted) {
+TEST_F(MapIoTest, PositionsAndMotionsAreKeptAndOthersAreCounted) {
   EXPECT_EQ(SaveMap(path, IdealSensor().camera, map()), 0u);
   AddFactors(map());
-  EXPECT_EQ(SaveMap(path, IdealSensor().camera, map()), 3u);
+  EXPECT_EQ(SaveMap(path, IdealSensor().camera, map()), 2u);
   const Map loaded = LoadMap(path).map;
   const UserFactors& factors = loaded.factors();
   ASSERT_EQ(factors.frames().size(), 2u);
@@ -279,7 +280,7 @@ TEST_F(MapIoTest, PositionsAreKeptWithTheirFramesAndOthersAreCounted) {
   EXPECT_EQ(factors.T_FW(gps, kFirstSubmap)->Matrix(),
             map().factors().T_FW(gps, kFirstSubmap)->Matrix());
   EXPECT_FALSE(factors.T_FW(marker, kFirstSubmap));
-  ASSERT_EQ(factors.all().size(), 2u);
+  ASSERT_EQ(factors.all().size(), 3u);
   for (std::size_t i = 0; i < 2; ++i) {
     const MapFactor &old = map().factors().all()[i], &same = factors.all()[i];
     EXPECT_EQ(same.frame, old.frame);
@@ -301,9 +302,28 @@ TEST_F(MapIoTest, PositionsAreKeptWithTheirFramesAndOthersAreCounted) {
     EXPECT_EQ(before[0], after[0]) << s;
   }
   EXPECT_EQ(factors.all()[1].loss, nullptr);
+  const MapFactor &old = map().factors().all().back(), &same = factors.all().back();
+  EXPECT_EQ(same.frame, kNoId);
+  ASSERT_EQ(same.poses.size(), 2u);
+  EXPECT_EQ(same.poses[0].keyframe, 0_kf);
+  EXPECT_EQ(same.poses[1].keyframe, 1_kf) << "without gaps";
+  EXPECT_EQ(same.poses[1].T_KB.Matrix(), old.poses[1].T_KB.Matrix());
+  const auto &measured = dynamic_cast<const RelativePose&>(*old.cost),
+             &read = dynamic_cast<const RelativePose&>(*same.cost);
+  EXPECT_EQ(read.Z().Matrix(), measured.Z().Matrix());
+  EXPECT_EQ(read.sqrt_information(), measured.sqrt_information());
+  EXPECT_NE(same.loss, nullptr);
   const std::string bytes = Bytes();
   EXPECT_EQ(SaveMap(path, IdealSensor().camera, loaded), 0u);
   EXPECT_EQ(Bytes(), bytes);
+}
+
+TEST_F(MapIoTest, OnlyAMapWithMotionsNeedsTheirVersion) {
+  Save();
+  EXPECT_EQ(Bytes()[8], 5);
+  AddFactors(map());
+  Save();
+  EXPECT_EQ(Bytes()[8], 6);
 }
 
 TEST_F(MapIoTest, AFailedSaveLeavesTheOldFile) {

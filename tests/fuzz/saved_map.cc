@@ -1,5 +1,6 @@
 #include <ceres/loss_function.h>
 #include <highwall/core/line3.h>
+#include <highwall/core/relative_pose.h>
 #include <highwall/factors/position.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
@@ -83,6 +84,17 @@ Map Measured() {
   return map;
 }
 
+// The same with a motion between the two views.
+Map Moved() {
+  Map map = Measured();
+  map.AddFactor({{{map.keyframe_ids().front(), Pose()}, {map.keyframe_ids().back(), Pose()}},
+                 kNoId,
+                 std::make_shared<RelativePose>(Pose::FromTangent({0.1, 0, 0}, {0, 0, 0}),
+                                                Eigen::Matrix<double, 6, 6>::Identity()),
+                 nullptr});
+  return map;
+}
+
 // Returns the version and then the content of the file after its header. For older versions this is
 // no complete map, because only the newest layout is written. Their readers start where it is the
 // same.
@@ -120,7 +132,7 @@ void Use(SavedMap saved) {
   for (const MapFactor& factor : saved.map.factors().all()) {
     const Pose T_WB, T_FW;
     const double* const blocks[] = {T_WB.data(), T_FW.data()};
-    double residuals[3];
+    double residuals[6];  // of a motion; a position has three
     factor.cost->Evaluate(blocks, residuals, nullptr);
   }
   saved.map.Transform(Pose::FromTangent({1, 2, 3}, {0.1, 0.2, 0.3}));
@@ -139,6 +151,7 @@ const Target kTarget{
             seeds.push_back(Input(version, PinholeCamera(), Map()));
           }
           seeds.push_back(Input(4, PinholeCamera(), Measured()));
+          seeds.push_back(Input(6, PinholeCamera(), Moved()));
           return seeds;
         },
     // The header is corrected, because a checksum does not authenticate the writer.

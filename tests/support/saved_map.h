@@ -109,10 +109,13 @@ inline void AddFactors(Map& map) {
   map.AddFactor({{{0_kf, T_KB}}, marker, position, nullptr});
   map.AddFactor({{{2_kf, T_KB}}, gps, position, std::make_shared<ceres::CauchyLoss>(2.7)});
   map.AddFactor({{{2_kf, T_KB}}, gps, PositionInFrame({1, 2, 3}, 0.1), nullptr});
-  map.AddFactor({{{0_kf, T_KB}, {2_kf, T_KB}},
-                 kNoId,
-                 std::make_shared<RelativePose>(Pose(), Eigen::Matrix<double, 6, 6>::Identity()),
-                 nullptr});
+  Eigen::Matrix<double, 6, 6> of_motion = 3.0 * Eigen::Matrix<double, 6, 6>::Identity();
+  of_motion(0, 4) = 0.25;
+  map.AddFactor(
+      {{{0_kf, T_KB}, {2_kf, T_KB}},
+       kNoId,
+       std::make_shared<RelativePose>(Pose::FromTangent({0.1, 0.2, 0.3}, {0, 0.1, 0}), of_motion),
+       std::make_shared<ceres::HuberLoss>(1.5)});
 }
 
 }  // namespace highwall::testing

@@ -7,6 +7,7 @@
 
 #include <ceres/loss_function.h>
 
+#include <highwall/core/relative_pose.h>
 #include <highwall/factors/position.h>
 
 namespace highwall {
@@ -63,13 +64,69 @@ void ReadFrames(MapReader& reader, std::uint32_t submaps, Map* map) {
   }
 }
 
-MapFactor ReadFactor(MapReader& reader, const Map& map) {
-  MapFactor factor;
+bool AreBelievable(const Pose& Z, const Eigen::Matrix<double, 6, 6>& sqrt_information,
+                   double huber) {
+  return IsBounded(Z.p()) && IsBounded(sqrt_information) && IsBetween(0.0, huber, kLargest);
+}
+
+// Returns the cost of a position that can be written; null for any other factor.
+const PositionFactor* PositionOf(const MapFactor& factor) {
+  const auto* cost = dynamic_cast<const PositionFactor*>(factor.cost.get());
+  const std::optional<double> huber = HuberOf(factor.loss.get());
+  const bool fits = cost != nullptr && huber && factor.frame != kNoId && factor.poses.size() == 1 &&
+                    AreBelievable(cost->p_G(), cost->lever_arm(), cost->sqrt_information(), *huber);
+  return fits ? cost : nullptr;
+}
+
+// Returns the cost of a motion that can be written; null for any other factor.
+const RelativePose* MotionOf(const MapFactor& factor) {
+  const auto* cost = dynamic_cast<const RelativePose*>(factor.cost.get());
+  const std::optional<double> huber = HuberOf(factor.loss.get());
+  const bool fits = cost != nullptr && huber && factor.frame == kNoId && factor.poses.size() == 2 &&
+                    AreBelievable(cost->Z(), cost->sqrt_information(), *huber);
+  return fits ? cost : nullptr;
+}
+
+using Ranks = std::unordered_map<KeyFrameId, std::int32_t>;
+
+void WriteAnchor(MapWriter& writer, const AnchoredBodyPose& pose, const Ranks& keyframes) {
+  writer(keyframes.at(pose.keyframe));
+  WritePose(writer, pose.T_KB);
+}
+
+AnchoredBodyPose ReadAnchor(MapReader& reader, const Map& map) {
   AnchoredBodyPose pose;
   reader(pose.keyframe);
   reader.Require(map.keyframe(pose.keyframe) != nullptr, "a factor has no keyframe as its anchor");
   pose.T_KB = ReadPose(reader, "a factor's pose is none");
-  factor.poses.push_back(pose);
+  return pose;
+}
+
+void WritePosition(MapWriter& writer, const MapFactor& factor, const Ranks& keyframes) {
+  const PositionFactor& cost = *PositionOf(factor);
+  WriteAnchor(writer, factor.poses.front(), keyframes);
+  writer(factor.frame.value());
+  Doubles(writer, cost.p_G());
+  Doubles(writer, cost.lever_arm());
+  Doubles(writer, cost.sqrt_information());
+  writer(*HuberOf(factor.loss.get()));
+}
+
+void WriteMotion(MapWriter& writer, const MapFactor& factor, const Ranks& keyframes) {
+  const RelativePose& cost = *MotionOf(factor);
+  for (const AnchoredBodyPose& pose : factor.poses) WriteAnchor(writer, pose, keyframes);
+  WritePose(writer, cost.Z());
+  Doubles(writer, cost.sqrt_information());
+  writer(*HuberOf(factor.loss.get()));
+}
+
+std::shared_ptr<ceres::LossFunction> MakeLoss(double huber) {
+  return huber > 0.0 ? std::make_shared<ceres::HuberLoss>(huber) : nullptr;
+}
+
+MapFactor ReadPosition(MapReader& reader, const Map& map) {
+  MapFactor factor;
+  factor.poses.push_back(ReadAnchor(reader, map));
   reader(factor.frame);
   reader.Require(factor.frame.index() < map.factors().frames().size(),
                  "a factor is measured in no frame");
@@ -83,18 +140,40 @@ MapFactor ReadFactor(MapReader& reader, const Map& map) {
   reader.Require(AreBelievable(p_G, l, sqrt_information, huber),
                  "a factor's numbers are beyond all");
   factor.cost = std::make_shared<PositionFactor>(p_G, l, sqrt_information);
-  if (huber > 0.0) factor.loss = std::make_shared<ceres::HuberLoss>(huber);
+  factor.loss = MakeLoss(huber);
   return factor;
+}
+
+MapFactor ReadMotion(MapReader& reader, const Map& map) {
+  MapFactor factor;
+  for (int i = 0; i < 2; ++i) factor.poses.push_back(ReadAnchor(reader, map));
+  const Pose Z = ReadPose(reader, "a factor's motion is none");
+  Eigen::Matrix<double, 6, 6> sqrt_information;
+  Doubles(reader, sqrt_information);
+  double huber = 0.0;
+  reader(huber);
+  reader.Require(AreBelievable(Z, sqrt_information, huber), "a factor's numbers are beyond all");
+  factor.cost = std::make_shared<RelativePose>(Z, sqrt_information);
+  factor.loss = MakeLoss(huber);
+  return factor;
+}
+
+bool IsPosition(const MapFactor& factor) {
+  return PositionOf(factor) != nullptr;
+}
+
+bool IsMotion(const MapFactor& factor) {
+  return MotionOf(factor) != nullptr;
 }
 
 }  // namespace
 
 bool CanWrite(const MapFactor& factor) {
-  const auto* position = dynamic_cast<const PositionFactor*>(factor.cost.get());
-  const std::optional<double> huber = HuberOf(factor.loss.get());
-  return position != nullptr && huber && factor.frame != kNoId && factor.poses.size() == 1 &&
-         AreBelievable(position->p_G(), position->lever_arm(), position->sqrt_information(),
-                       *huber);
+  return IsPosition(factor) || IsMotion(factor);
+}
+
+bool HasMotions(const Map& map) {
+  return std::ranges::any_of(map.factors().all(), IsMotion);
 }
 
 void WriteFactors(MapWriter& writer, const Map& map,
@@ -102,24 +181,25 @@ void WriteFactors(MapWriter& writer, const Map& map,
                   const std::unordered_map<KeyFrameId, std::int32_t>& keyframes) {
   WriteFrames(writer, map, submaps);
   const std::vector<MapFactor>& all = map.factors().all();
-  writer(static_cast<std::uint32_t>(std::ranges::count_if(all, CanWrite)));
+  writer(static_cast<std::uint32_t>(std::ranges::count_if(all, IsPosition)));
   for (const MapFactor& factor : all) {
-    if (!CanWrite(factor)) continue;
-    writer(keyframes.at(factor.poses.front().keyframe));
-    WritePose(writer, factor.poses.front().T_KB);
-    writer(factor.frame.value());
-    const auto& cost = dynamic_cast<const PositionFactor&>(*factor.cost);
-    Doubles(writer, cost.p_G());
-    Doubles(writer, cost.lever_arm());
-    Doubles(writer, cost.sqrt_information());
-    writer(*HuberOf(factor.loss.get()));
+    if (IsPosition(factor)) WritePosition(writer, factor, keyframes);
+  }
+  if (!HasMotions(map)) return;
+  writer(static_cast<std::uint32_t>(std::ranges::count_if(all, IsMotion)));
+  for (const MapFactor& factor : all) {
+    if (IsMotion(factor)) WriteMotion(writer, factor, keyframes);
   }
 }
 
-void ReadFactors(MapReader& reader, std::uint32_t submaps, Map* map) {
+void ReadFactors(MapReader& reader, std::uint32_t submaps, bool has_motions, Map* map) {
   ReadFrames(reader, submaps, map);
   for (std::uint32_t i = reader.Count(192); i > 0; --i) {
-    map->AddFactor(ReadFactor(reader, *map));
+    map->AddFactor(ReadPosition(reader, *map));
+  }
+  if (!has_motions) return;
+  for (std::uint32_t i = reader.Count(472); i > 0; --i) {
+    map->AddFactor(ReadMotion(reader, *map));
   }
 }
 

@@ -34,13 +34,15 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "map files are little-endian");
 
 constexpr std::array<char, 8> kMagic = {'H', 'W', 'M', 'A', 'P', '\r', '\n', '\x1a'};
-constexpr std::uint32_t kVersion = 5;
+constexpr std::uint32_t kVersion = 6;
 // Older versions are read as well: missing values are unknown, and their points are ORB.
 constexpr std::uint32_t kFirstVersion = 1, kFirstWithSubmaps = 2, kFirstWithDepth = 3;
 // Since version 4: the kind of points, the noise of features, the user factors.
 constexpr std::uint32_t kFirstWithKind = 4;
 // Since version 5: which corners were refined.
 constexpr std::uint32_t kFirstWithRefined = 5;
+// Since version 6: motions measured by users. A map without them is written as version 5.
+constexpr std::uint32_t kFirstWithMotions = 6;
 // Magic, version, CRC-32 of the content, bytes of the content.
 constexpr std::size_t kHeaderSize = 8 + 4 + 4 + 8;
 
@@ -455,7 +457,7 @@ SavedMap Decode(MapReader& reader, std::uint32_t version) {
       ReadLandmark<Landmark>(reader, map);
     }
   });
-  if (version >= kFirstWithKind) ReadFactors(reader, submaps, &map);
+  if (version >= kFirstWithKind) ReadFactors(reader, submaps, version >= kFirstWithMotions, &map);
   reader.RequireEnd();
   return saved;
 }
@@ -467,7 +469,7 @@ std::size_t SaveMap(const std::filesystem::path& path, const PinholeCamera& came
   const std::string content = Encode(camera, map);
   MapWriter header;
   header.Bytes(kMagic.data(), kMagic.size());
-  header(kVersion);
+  header(HasMotions(map) ? kFirstWithMotions : kFirstWithRefined);
   header(Crc32(std::as_bytes(std::span(content))));
   header(static_cast<std::uint64_t>(content.size()));
   AtomicFile file(path);

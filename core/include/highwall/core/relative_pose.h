@@ -28,8 +28,11 @@ class RelativePose final : public ceres::SizedCostFunction<6, 7, 7> {
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
+  const Pose& Z() const { return Z_; }
+  const Eigen::Matrix<double, 6, 6>& sqrt_information() const { return W_; }
+
  private:
-  const Pose Z_inverse_;
+  const Pose Z_, Z_inverse_;
   const Eigen::Matrix<double, 6, 6> W_;
 };
 

@@ -244,8 +244,8 @@ struct SavedMap {
 
 // Writes keyframes with their features, points and lines: docs/map_file.md. The file is written
 // completely or not at all. camera: as above; its distortion is not stored. Of the user factors
-// those with a PositionFactor are stored if their loss is none or ceres::HuberLoss; returns the
-// number of the others. Throws IoError.
+// those with a PositionFactor or a RelativePose are stored if their loss is none or
+// ceres::HuberLoss, without their source; returns the number of the others. Throws IoError.
 std::size_t SaveMap(const std::filesystem::path& path, const PinholeCamera& camera, const Map& map);
 
 // Reads a file written by SaveMap; keyframes and landmarks get new ids, without gaps, in the old
