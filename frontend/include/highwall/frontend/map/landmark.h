@@ -27,6 +27,13 @@ struct Observation {
   int index = 0;
 };
 
+struct MapPoint;
+struct MapLine;
+// Identifiers of points and lines. The tag of a landmark is its type, so a function template
+// deduces the kind of landmark from its id.
+using PointId = Id<MapPoint>;
+using LineId = Id<MapLine>;
+
 struct CornerPatch;  // internal
 
 // A point landmark.

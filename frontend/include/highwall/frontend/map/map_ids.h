@@ -42,13 +42,8 @@ class Id {
   std::int32_t value_ = -1;
 };
 
-struct MapPoint;  // highwall/frontend/map/landmark.h
-struct MapLine;
-// Identifiers of keyframes, points and lines. The tag of a landmark is its type, so a function
-// template deduces the kind of landmark from its id.
+// Identifier of a keyframe. Those of landmarks are next to their kinds (landmark.h).
 using KeyFrameId = Id<struct KeyFrameTag>;
-using PointId = Id<MapPoint>;
-using LineId = Id<MapLine>;
 // A sequence of keyframes connected by odometry (Map).
 using SubmapId = Id<struct SubmapTag>;
 // A frame outside of the map (ReferenceFrame).
