@@ -27,7 +27,7 @@ class Degeneracy : public ::testing::Test {
     feature.uv = sensor.camera.Project(p_C);
     feature.depth = p_C.z();
     feature.depth_sigma = sensor.depth_noise.Sigma(p_C.z());
-    points.push_back({kCamera * p_C, model.Rows(feature), 3});
+    seen.points.push_back({kCamera * p_C, model.Rows(feature), 3});
   }
   void AddLine(const Eigen::Vector3d& p_C, const Eigen::Vector3d& q_C) {
     LineFeature feature;
@@ -36,18 +36,17 @@ class Degeneracy : public ::testing::Test {
     feature.segment_C.emplace();
     feature.segment_C->p_C = p_C;
     feature.segment_C->q_C = q_C;
-    lines.push_back({Segment3(kCamera * p_C, kCamera * q_C), model.Rows(feature), 4});
+    seen.lines.push_back({Segment3(kCamera * p_C, kCamera * q_C), model.Rows(feature), 4});
   }
   std::vector<UnobservableDirection> Open() const {
-    const auto solution = SolvePose(kCamera, model.projection(), points, lines);
+    const auto solution = SolvePose(kCamera, model.projection(), seen);
     if (!solution) ADD_FAILURE() << "no pose";
     return FindUnobservableDirections(solution->information, kCamera, 3.0);
   }
 
   const RgbdSensor sensor = IdealSensor();
   const MeasurementModel model{sensor, {}};
-  std::vector<PosePoint> points;
-  std::vector<PoseLine> lines;
+  PerKind<PoseObservations> seen;
 };
 
 TEST_F(Degeneracy, AWallWithParallelLinesLeavesTheDirectionAlongThemOpen) {

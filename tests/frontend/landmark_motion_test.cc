@@ -26,7 +26,7 @@ class LandmarkMotion : public ::testing::Test {
     panel = See(rng, {-0.3, -0.4, 1.0}, {0.1, 0.4, 1.05}, marks, moved, shift);
   }
   bool Moved(const LandmarkMotionOptions& options = {}) const {
-    return HaveMoved(Pose(), model.projection(), panel, lines, wall, {}, options);
+    return HaveMoved(Pose(), model.projection(), panel, lines, {wall, {}}, options);
   }
 
   const MeasurementModel model{IdealSensor(), {.point_sigma = 1.0}};  // that of the noise
@@ -72,7 +72,7 @@ TEST_F(LandmarkMotion, ThePoseOfAllTogetherWouldFollowThem) {
   Look({0.02, 0, 0}, 60, 60);
   std::vector<PosePoint> all = wall;
   all.insert(all.end(), panel.begin(), panel.end());
-  const auto together = SolvePose(Pose(), model.projection(), all, {});
+  const auto together = SolvePose(Pose(), model.projection(), {all, {}});
   ASSERT_TRUE(together);
   EXPECT_GT(PositionError(together->T_WC, Pose()), 0.01);
   EXPECT_TRUE(Moved({.outnumber = 0.5}));

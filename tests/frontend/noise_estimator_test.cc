@@ -1,4 +1,5 @@
 #include <highwall/frontend/local/bundle_adjustment.h>
+#include <highwall/frontend/pose/pose_observations.h>
 #include <highwall/frontend/pose/pose_solver.h>
 
 #include "sensor/noise_estimator.h"
@@ -9,7 +10,6 @@
 
 #include <gtest/gtest.h>
 
-#include "pose/pose_observations.h"
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 
@@ -73,25 +73,24 @@ class NoiseOfAMap {
     const Pose T_WC = Pose::FromTangent({0.05, 0.1, -0.1}, {0.02, 0.03, 0.0});
     const SyntheticView view = See(T_WC, 100 + seed);
     const auto features = learnt != nullptr ? learnt->Apply(*view.features) : view.features;
-    std::vector<PosePoint> points;
-    std::vector<PoseLine> lines;
+    PerKind<PoseObservations> seen;
     for (std::size_t i = 0; i < view.points.size(); ++i) {
       MapPoint point;
       point.p_W = scene_.points[static_cast<std::size_t>(view.points[i])].p_W;
-      points.push_back(MakePoseObservation(model_, point, features->points[i]));
+      seen.points.push_back(MakePoseObservation(model_, point, features->points[i]));
     }
     for (std::size_t i = 0; i < view.lines.size(); ++i) {
       MapLine line;
       line.segment_W = scene_.lines[static_cast<std::size_t>(view.lines[i])].segment_W;
-      lines.push_back(MakePoseObservation(model_, line, features->lines[i], T_WC).value());
+      seen.lines.push_back(MakePoseObservation(model_, line, features->lines[i], T_WC).value());
     }
     PoseSolverOptions options;
     options.inliers = {1e9, 1e9, 1e9, 1e9};
     options.point_huber = options.line_huber = 1e9;
-    const auto error = [&](std::span<const PosePoint> p, std::span<const PoseLine> l) {
-      return PositionError(SolvePose(T_WC, model_.projection(), p, l, options).value().T_WC, T_WC);
+    const auto error = [&](const PerKind<PoseObservations>& used) {
+      return PositionError(SolvePose(T_WC, model_.projection(), used, options).value().T_WC, T_WC);
     };
-    return {error(points, {}), error({}, lines), error(points, lines)};
+    return {error({seen.points, {}}), error({{}, seen.lines}), error(seen)};
   }
 
   // Returns the root mean square over 200 views.

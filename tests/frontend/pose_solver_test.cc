@@ -1,5 +1,6 @@
 #include <cmath>
 #include <memory>
+#include <type_traits>
 
 #include <ceres/loss_function.h>
 #include <gtest/gtest.h>
@@ -25,10 +26,7 @@ const Pose kTruth = Pose::FromTangent({0.1, -0.05, 0.2}, {0.03, -0.08, 0.05});
 // The start is 7 cm and 3 degrees away.
 const Pose kStart = Pose::FromTangent({0.15, -0.1, 0.2}, {0.06, -0.05, 0.08});
 
-struct Problem {
-  std::vector<PosePoint> points;
-  std::vector<PoseLine> lines;
-};
+using Problem = PerKind<PoseObservations>;
 
 // Lines are trimmed to the part seen by their observed ends from T_WC, as the tracker does.
 Problem MakeProblem(const Scene& scene, const SyntheticView& view, const MeasurementModel& model,
@@ -56,7 +54,7 @@ class PoseSolver : public ::testing::Test {
  protected:
   std::optional<PoseSolution> Solve(const Problem& problem, const Pose& start = kStart,
                                     const PoseSolverOptions& options = {}) const {
-    return SolvePose(start, model.projection(), problem.points, problem.lines, options);
+    return SolvePose(start, model.projection(), problem, options);
   }
   Problem Exact(int points, int lines, const Pose& start = kStart) const {
     const Scene scene = MakeScene(11, points, lines);
@@ -73,7 +71,7 @@ TEST_F(PoseSolver, FindsTheExactPoseFromPoints) {
   // square the error, is not taken.
   EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-7);
   EXPECT_LT(AngleError(solution->T_WC, kTruth), 1e-7);
-  EXPECT_EQ(solution->num_points, static_cast<int>(solution->point_inliers.size()));
+  EXPECT_EQ(solution->num_points, static_cast<int>(solution->inliers.points.size()));
   EXPECT_GT(solution->num_points, 20);
   EXPECT_EQ(solution->num_lines, 0);
 }
@@ -144,8 +142,8 @@ TEST_F(PoseSolver, FlagsThirtyPercentGrossOutliers) {
   }
   const auto solution = Solve(problem);
   ASSERT_TRUE(solution);
-  EXPECT_EQ(solution->point_inliers, point_good);
-  EXPECT_EQ(solution->line_inliers, line_good);
+  EXPECT_EQ(solution->inliers.points, point_good);
+  EXPECT_EQ(solution->inliers.lines, line_good);
   EXPECT_EQ(solution->num_points, std::count(point_good.begin(), point_good.end(), true));
   EXPECT_EQ(solution->num_lines, std::count(line_good.begin(), line_good.end(), true));
   // Observations that are masked out have no influence at all.
@@ -187,7 +185,7 @@ TEST_F(PoseSolverAtEdges, LeavesEdgesOutWhereThereIsAPoseWithoutThem) {
   const auto solution = SolveFor(6);
   ASSERT_TRUE(solution);
   for (std::size_t i = 0; i < view.points.size(); ++i) {
-    EXPECT_EQ(solution->point_inliers[i], !IsAtEdge(i)) << i;
+    EXPECT_EQ(solution->inliers.points[i], !IsAtEdge(i)) << i;
   }
 }
 
@@ -200,7 +198,7 @@ TEST_F(PoseSolver, RejectsAPointByItsPixelWhateverItsDepth) {
   const auto solution = Solve(MakeProblem(scene, view, model, kStart));
   ASSERT_TRUE(solution);
   for (std::size_t i = 0; i < wrong->points.size(); ++i) {
-    EXPECT_EQ(solution->point_inliers[i], i % 4 != 0) << i;
+    EXPECT_EQ(solution->inliers.points[i], i % 4 != 0) << i;
   }
 }
 
@@ -216,8 +214,7 @@ TEST_F(PoseSolver, PointsOnPlanesTakePartAndWrongOnesAreRejected) {
     planes.push_back({Eigen::Vector3d::Unit(i % 2), {1.5, 1.5, 0.0}, kTruth.Inverse() * p_W, 50.0});
   }
   const auto without = Solve(problem);
-  const auto solution =
-      SolvePose(kStart, model.projection(), problem.points, problem.lines, {}, nullptr, planes);
+  const auto solution = SolvePose(kStart, model.projection(), problem, {}, nullptr, planes);
   ASSERT_TRUE(without && solution);
   EXPECT_EQ(solution->num_planes, 90);
   EXPECT_EQ(without->num_planes, 0);
@@ -226,6 +223,28 @@ TEST_F(PoseSolver, PointsOnPlanesTakePartAndWrongOnesAreRejected) {
   // of the points is equal in both solutions up to 1e-7 m.
   const double added = solution->information(0, 0) - without->information(0, 0);
   EXPECT_NEAR(added, 40 * 2500.0, 1.0);
+}
+
+TEST_F(PoseSolver, AnObservationHasZeroRowsOutsideItsDomain) {
+  const Problem problem = Exact(10, 10);
+  const Pose beyond = kTruth * Pose::FromTangent({0, 0, 100.0}, {0, 0, 0});
+  const auto expect_rows = [&](const auto& observation, bool inside, const Pose& T_WC) {
+    constexpr int kRows = std::decay_t<decltype(observation)>::kRows;
+    Eigen::Matrix<double, kRows, 1> r = Eigen::Matrix<double, kRows, 1>::Ones();
+    Eigen::Matrix<double, kRows, 6> J = Eigen::Matrix<double, kRows, 6>::Ones();
+    EXPECT_EQ(observation.Evaluate(model.projection(), RgbdProjection::At(T_WC.data()),
+                                   observation.dimension, &r, &J),
+              inside);
+    EXPECT_EQ(J.isZero(0.0), !inside);
+    if (inside) {
+      EXPECT_EQ(observation.InlierRows(r, {}, false), observation.dimension);
+    } else {
+      EXPECT_TRUE(r.isZero(0.0));
+    }
+  };
+  for (const PosePoint& point : problem.points) expect_rows(point, true, kTruth);
+  for (const PosePoint& point : problem.points) expect_rows(point, false, beyond);
+  for (const PoseLine& line : problem.lines) expect_rows(line, false, beyond);
 }
 
 TEST_F(PoseSolver, TooFewInliersAreNoSolution) {
@@ -258,8 +277,8 @@ TEST_F(PoseSolver, PointsAndLinesBehindTheCameraAreOutliers) {
   problem.lines.push_back(line);
   const auto solution = Solve(problem);
   ASSERT_TRUE(solution);
-  EXPECT_FALSE(solution->point_inliers.back());
-  EXPECT_FALSE(solution->line_inliers.back());
+  EXPECT_FALSE(solution->inliers.points.back());
+  EXPECT_FALSE(solution->inliers.lines.back());
   EXPECT_EQ(solution->num_points, static_cast<int>(points));
   EXPECT_EQ(solution->num_lines, static_cast<int>(lines));
   EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
@@ -326,7 +345,7 @@ TEST_F(PoseSolver, ForgetsTheStartWithinItsBasin) {
         testing::UniformInBox(rng, {-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1});
     const auto solution = Solve(problem, kTruth.Plus(step));
     ASSERT_TRUE(solution);
-    EXPECT_EQ(solution->point_inliers, reference->point_inliers);
+    EXPECT_EQ(solution->inliers.points, reference->inliers.points);
     EXPECT_LT(PositionError(solution->T_WC, reference->T_WC), 1e-5);
     EXPECT_LT(AngleError(solution->T_WC, reference->T_WC), 1e-5);
   }
@@ -397,8 +416,7 @@ TEST_F(PoseSolver, APriorDeterminesADirectionThatTheImageLeavesUnobservable) {
   const PoseConstraint known{
       kTruth.Plus((Eigen::Matrix<double, 6, 1>() << 0.02, 0, 0, 0, 0, 0).finished()),
       100.0 * Eigen::Matrix<double, 6, 6>::Identity()};
-  const auto solution =
-      SolvePose(kTruth, model.projection(), problem.points, problem.lines, {}, &known);
+  const auto solution = SolvePose(kTruth, model.projection(), problem, {}, &known);
   ASSERT_TRUE(solution);
   // The prior's centimetre yields by up to a millimetre to the better constraints of the lines.
   EXPECT_NEAR(solution->T_WC.p().x(), kTruth.p().x() + 0.02, 1e-3);
@@ -421,8 +439,7 @@ TEST_F(PoseSolver, InformationAndGradientAreThoseOfTheImageAlone) {
                                 .rounds = 1,
                                 .max_iterations = 20};
   const auto alone = Solve(problem, kTruth, plain);
-  const auto held =
-      SolvePose(kTruth, model.projection(), problem.points, problem.lines, plain, &known);
+  const auto held = SolvePose(kTruth, model.projection(), problem, plain, &known);
   ASSERT_TRUE(alone && held);
   ASSERT_EQ(held->num_points, static_cast<int>(problem.points.size()));
   ASSERT_EQ(alone->num_points, held->num_points);
@@ -440,11 +457,10 @@ TEST_F(PoseSolver, APriorWithoutWeightChangesNothing) {
   const Problem problem = Exact(60, 10);
   const PoseConstraint nothing{Pose::FromTangent({9, 9, 9}, {1, 1, 1})};
   const auto alone = Solve(problem);
-  const auto with =
-      SolvePose(kStart, model.projection(), problem.points, problem.lines, {}, &nothing);
+  const auto with = SolvePose(kStart, model.projection(), problem, {}, &nothing);
   ASSERT_TRUE(alone && with);
   EXPECT_LT(PositionError(alone->T_WC, with->T_WC), 1e-9);
-  EXPECT_EQ(alone->point_inliers, with->point_inliers);
+  EXPECT_EQ(alone->inliers.points, with->inliers.points);
 }
 
 TEST_F(PoseSolver, FitIsOneForTheNoiseThatTheRowsState) {

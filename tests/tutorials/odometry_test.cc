@@ -12,7 +12,7 @@
 #include <highwall/frontend/pose/pose_solver.h>
 
 // A point of your tracker: the same number in every image that shows it.
-struct Observation {
+struct TrackedPoint {
   int landmark;                    // >= 0
   highwall::PointFeature feature;  // uv [px] without distortion, depth [m] or 0
 };
@@ -24,12 +24,12 @@ class Odometry {
   explicit Odometry(const highwall::RgbdSensor& sensor) : model_(sensor, {}) {}
 
   // T_WC of the image, in the camera frame of the first one; empty where too few points match.
-  std::optional<highwall::Pose> AddImage(highwall::Stamp stamp, std::vector<Observation> seen) {
+  std::optional<highwall::Pose> AddImage(highwall::Stamp stamp, std::vector<TrackedPoint> seen) {
     using namespace highwall;
     std::erase_if(landmarks_, [this](const auto& l) { return !smoother_.Contains(l.second); });
     std::vector<PosePoint> known;
-    std::vector<Observation*> matched;
-    for (Observation& o : seen) {
+    std::vector<TrackedPoint*> matched;
+    for (TrackedPoint& o : seen) {
       o.feature.depth_sigma = model_.depth_noise().Sigma(o.feature.depth);
       if (!landmarks_.contains(o.landmark)) continue;
       known.push_back({smoother_.Value(landmarks_.at(o.landmark)), model_.Rows(o.feature),
@@ -37,11 +37,11 @@ class Odometry {
       matched.push_back(&o);
     }
     if (started_) {
-      const auto solution = SolvePose(T_WC_, model_.projection(), known, {});
+      const auto solution = SolvePose(T_WC_, model_.projection(), {known, {}});
       if (!solution) return std::nullopt;
       T_WC_ = solution->T_WC;
       for (std::size_t i = 0; i < known.size(); ++i) {
-        if (!solution->point_inliers[i]) matched[i]->landmark = -1;
+        if (!solution->inliers.points[i]) matched[i]->landmark = -1;
       }
     }
     const Variable<Pose> pose = smoother_.AddState(stamp, T_WC_);
@@ -94,10 +94,10 @@ class OdometryTutorial : public ::testing::Test {
                              {0.0, 0.1 * std::sin(0.1 * k), 0.02 * std::sin(0.3 * k)});
   }
   // Returns the visible points with the noise of the sensor; every tenth is a wrong match.
-  std::vector<Observation> See(int k, bool with_depth = true) {
+  std::vector<TrackedPoint> See(int k, bool with_depth = true) {
     const PinholeCamera& camera = sensor_.camera;
     const Pose T_CW = (At(0).Inverse() * At(k)).Inverse();
-    std::vector<Observation> seen;
+    std::vector<TrackedPoint> seen;
     std::normal_distribution<double> noise;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const Eigen::Vector3d p_C = T_CW * points_[i];
@@ -133,7 +133,7 @@ TEST_F(OdometryTutorial, FollowsTheCameraThroughWrongMatches) {
 TEST_F(OdometryTutorial, TooFewPointsGiveNoPose) {
   Odometry odometry(sensor_);
   ASSERT_TRUE(odometry.AddImage(0, See(0)));
-  std::vector<Observation> few = See(1);
+  std::vector<TrackedPoint> few = See(1);
   few.resize(4);
   EXPECT_FALSE(odometry.AddImage(FromSeconds(0.1), few));
   EXPECT_TRUE(odometry.AddImage(FromSeconds(0.2), See(2)));

@@ -5,11 +5,11 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/map/keyframe_index.h>
+#include <highwall/frontend/pose/pose_solver.h>
 #include <highwall/internal/number_text.h>
 
 #include "loops/submap_merge.h"
 #include "map/covisibility.h"
-#include "pose/pose_observations.h"
 #include "pose/support.h"
 
 namespace highwall {
@@ -62,12 +62,11 @@ bool Solve(const MeasurementModel& model, const Map& map, const FrameFeatures& f
   });
   PoseSolverOptions options;
   options.min_support = min_support;
-  const auto solution =
-      SolvePose(found->T_WC, model.projection(), seen.points, seen.lines, options);
+  const auto solution = SolvePose(found->T_WC, model.projection(), seen, options);
   if (!solution) return false;
   found->T_WC = solution->T_WC;
   ForEachKind([&]<class Landmark>() {
-    const std::vector<bool>& inliers = PoseTraits<Landmark>::Inliers(*solution);
+    const std::vector<bool>& inliers = PartOf<Landmark>(solution->inliers);
     std::size_t i = 0;
     std::erase_if(PartOf<Landmark>(found->matches), [&](const auto&) { return !inliers[i++]; });
   });

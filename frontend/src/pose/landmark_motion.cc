@@ -13,8 +13,7 @@ namespace highwall {
 
 bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
                std::span<const PosePoint> judged, int judged_lines,
-               std::span<const PosePoint> other_points, std::span<const PoseLine> other_lines,
-               const LandmarkMotionOptions& options) {
+               const PerKind<PoseObservations>& others, const LandmarkMotionOptions& options) {
   // Sigma of directions unobservable from the others: any motion along them is consistent.
   constexpr double kOpen = 30.0;  // [m, rad]
   constexpr double kLeastError = 0.2;
@@ -25,7 +24,7 @@ bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
   if (static_cast<int>(judged.size()) < options.min_points) return false;
   PoseSolverOptions of_others;
   of_others.min_support = kMinSupportOfOthers;
-  const auto solution = SolvePose(T_WC, projection, other_points, other_lines, of_others);
+  const auto solution = SolvePose(T_WC, projection, others, of_others);
   const int support = solution ? Support(solution->num_points, solution->num_lines) : 0;
   const int of_judged = Support(static_cast<int>(judged.size()), judged_lines);
   if (!solution || support < options.outnumber * of_judged) return false;

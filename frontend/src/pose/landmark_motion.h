@@ -24,7 +24,6 @@ struct LandmarkMotionOptions {
 // with the larger share of the scene is static.
 bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
                std::span<const PosePoint> judged, int judged_lines,
-               std::span<const PosePoint> other_points, std::span<const PoseLine> other_lines,
-               const LandmarkMotionOptions& options = {});
+               const PerKind<PoseObservations>& others, const LandmarkMotionOptions& options = {});
 
 }  // namespace highwall

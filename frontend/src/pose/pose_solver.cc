@@ -75,14 +75,6 @@ class Output {
   double missing_squared_ = 0.0;
 };
 
-// Returns the scale of residuals for the inlier test: bounds are those of the a priori noise, or
-// wider if the estimated noise is larger: noise learnt on images with many features must not reject
-// those of images with few.
-Eigen::Vector2d Judged(const NoiseFactors& noise) {
-  return {std::min(1.0, static_cast<double>(noise.px)),
-          std::min(1.0, static_cast<double>(noise.depth))};
-}
-
 // The functor of ceres::TinySolver: rows of all inliers as a function of the tangent step x away
 // from `T_start`.
 class PoseProblem {
@@ -91,24 +83,27 @@ class PoseProblem {
   enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 6 };
 
   PoseProblem(const Pose& T_start, const RgbdProjection& projection,
-              std::span<const PosePoint> points, std::span<const PoseLine> lines,
-              const PoseSolverOptions& options, const PoseConstraint* known,
-              std::span<const PointToPlaneRow> planes)
+              const PerKind<PoseObservations>& seen, const PoseSolverOptions& options,
+              const PoseConstraint* known, std::span<const PointToPlaneRow> planes)
       : T_start_(T_start),
         projection_(projection),
-        points_(points),
-        lines_(lines),
+        seen_(seen),
         options_(options),
         known_(known),
         planes_(planes),
-        point_rows_(points.size(), 0),
-        line_active_(lines.size(), true),
-        plane_active_(planes.size(), true) {}
+        plane_active_(planes.size(), true) {
+    ForEachKind([&]<class Landmark>() {
+      PartOf<Landmark>(used_).assign(PartOf<Landmark>(seen_).size(), 0);
+    });
+  }
 
   // The last row is the missing cost of robust rows.
   int NumResiduals() const {
-    return 3 * active_points_ + 4 * active_lines_ + active_planes_ + (known_ != nullptr ? 6 : 0) +
-           1;
+    int rows = active_planes_ + (known_ != nullptr ? 6 : 0) + 1;
+    ForEachKind([&]<class Landmark>() {
+      rows += PoseTraits<Landmark>::Observation::kRows * PartOf<Landmark>(active_);
+    });
+    return rows;
   }
 
   bool operator()(const double* x, double* residuals, double* jacobian) const {
@@ -119,25 +114,21 @@ class PoseProblem {
     const Eigen::Matrix3d step_jacobian = so3::RightJacobian(step.tail<3>());
 
     Output out(residuals, jacobian, NumResiduals(), step_jacobian);
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (point_rows_[i] == 0) continue;
-      Eigen::Vector3d r;
-      Eigen::Matrix<double, 3, 6> J;
-      if (!PointRows(view, i, r, jacobian != nullptr ? &J : nullptr)) {
-        r.x() = WorstInlier(points_[i].dimension);
+    ForEachKind([&]<class Landmark>() {
+      using Observation = typename PoseTraits<Landmark>::Observation;
+      constexpr int kRows = Observation::kRows;
+      const PoseObservations<Landmark>& seen = PartOf<Landmark>(seen_);
+      const std::vector<int>& used = PartOf<Landmark>(used_);
+      for (std::size_t i = 0; i < seen.size(); ++i) {
+        if (used[i] == 0) continue;
+        Eigen::Matrix<double, kRows, 1> r;
+        Eigen::Matrix<double, kRows, 6> J;
+        if (!seen[i].Evaluate(projection_, view, used[i], &r, jacobian != nullptr ? &J : nullptr)) {
+          r[0] = WorstInlier(seen[i].dimension);
+        }
+        out.Append<kRows>(r, J, Observation::Huber(options_));
       }
-      out.Append<3>(r, J, options_.point_huber);
-    }
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      if (!line_active_[i]) continue;
-      Eigen::Vector4d r;
-      Eigen::Matrix<double, 4, 6> J;
-      if (!LineRows(view, lines_[i], r, jacobian != nullptr ? &J : nullptr)) {
-        r = WorstInlier(lines_[i].dimension) * Eigen::Vector4d::UnitX();
-        J.setZero();
-      }
-      out.Append<4>(r, J, options_.line_huber);
-    }
+    });
     for (std::size_t i = 0; i < planes_.size(); ++i) {
       if (!plane_active_[i]) continue;
       Eigen::Matrix<double, 1, 6> J;
@@ -159,20 +150,18 @@ class PoseProblem {
       squares += r.squaredNorm();
       rows += dimension;
     };
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (point_rows_[i] == 0) continue;
-      Eigen::Vector3d r;
-      Eigen::Matrix<double, 3, 6> J;
-      PointRows(view, i, r, &J);
-      add(r, J, point_rows_[i]);
-    }
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      if (!line_active_[i]) continue;
-      Eigen::Vector4d r;
-      Eigen::Matrix<double, 4, 6> J;
-      LineRows(view, lines_[i], r, &J);
-      add(r, J, lines_[i].dimension);
-    }
+    ForEachKind([&]<class Landmark>() {
+      constexpr int kRows = PoseTraits<Landmark>::Observation::kRows;
+      const PoseObservations<Landmark>& seen = PartOf<Landmark>(seen_);
+      const std::vector<int>& used = PartOf<Landmark>(used_);
+      for (std::size_t i = 0; i < seen.size(); ++i) {
+        if (used[i] == 0) continue;
+        Eigen::Matrix<double, kRows, 1> r;
+        Eigen::Matrix<double, kRows, 6> J;
+        seen[i].Evaluate(projection_, view, used[i], &r, &J);
+        add(r, J, used[i]);
+      }
+    });
     for (std::size_t i = 0; i < planes_.size(); ++i) {
       if (!plane_active_[i]) continue;
       Eigen::Matrix<double, 1, 6> J;
@@ -182,34 +171,22 @@ class PoseProblem {
     if (rows > 6) solution.error = squares / (rows - 6);
   }
 
-  // Classifies inliers at T; former outliers may become inliers of the next round. With
-  // pixels_first, a point whose depth alone is inconsistent is kept without it.
+  // Classifies inliers at T; former outliers may become inliers of the next round.
   void Classify(const Pose& T) {
     const RgbdProjection::View view = RgbdProjection::At(T.data());
-    active_points_ = 0;
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      Eigen::Vector3d r;
-      point_rows_[i] = points_[i].dimension;
-      const double bound = options_.inliers.Of(points_[i].dimension);
-      const bool inside = PointRows(view, i, r, nullptr);
-      const Eigen::Vector2d judged = Judged(points_[i].noise);
-      r.head<2>() *= judged[0];
-      r[2] *= judged[1];
-      if (!inside || r.squaredNorm() > bound) {
-        const bool pixel_fits = inside && r.head<2>().squaredNorm() <= options_.inliers.Of(2);
-        point_rows_[i] = pixels_first_ && pixel_fits ? 2 : 0;
+    ForEachKind([&]<class Landmark>() {
+      const PoseObservations<Landmark>& seen = PartOf<Landmark>(seen_);
+      int& active = PartOf<Landmark>(active_);
+      active = 0;
+      for (std::size_t i = 0; i < seen.size(); ++i) {
+        Eigen::Matrix<double, PoseTraits<Landmark>::Observation::kRows, 1> r;
+        int& used = PartOf<Landmark>(used_)[i];
+        used = seen[i].Evaluate(projection_, view, seen[i].dimension, &r, nullptr)
+                   ? seen[i].InlierRows(r, options_.inliers, pixels_first_)
+                   : 0;
+        active += used > 0 ? 1 : 0;
       }
-      active_points_ += point_rows_[i] > 0 ? 1 : 0;
-    }
-    active_lines_ = 0;
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      Eigen::Vector4d r;
-      const double bound = options_.inliers.Of(lines_[i].dimension);
-      const Eigen::Vector2d judged = Judged(lines_[i].noise);
-      line_active_[i] = LineRows(view, lines_[i], r, nullptr) &&
-                        r.cwiseProduct(judged.replicate<2, 1>()).squaredNorm() <= bound;
-      active_lines_ += line_active_[i] ? 1 : 0;
-    }
+    });
     active_planes_ = 0;
     for (std::size_t i = 0; i < planes_.size(); ++i) {
       const double r = PlaneRow(view, planes_[i], nullptr);
@@ -222,76 +199,52 @@ class PoseProblem {
   // pixels_first: start without the depth of points.
   void ActivateAll(bool pixels_first) {
     pixels_first_ = pixels_first;
-    std::transform(points_.begin(), points_.end(), point_rows_.begin(),
-                   [&](const PosePoint& point) { return pixels_first ? 2 : point.dimension; });
-    std::fill(line_active_.begin(), line_active_.end(), true);
+    ForEachKind([&]<class Landmark>() {
+      const PoseObservations<Landmark>& seen = PartOf<Landmark>(seen_);
+      std::ranges::transform(seen, PartOf<Landmark>(used_).begin(), [&](const auto& observation) {
+        return observation.RowsAtStart(pixels_first);
+      });
+      PartOf<Landmark>(active_) = static_cast<int>(seen.size());
+    });
     std::fill(plane_active_.begin(), plane_active_.end(), true);
-    active_points_ = static_cast<int>(points_.size());
-    active_lines_ = static_cast<int>(lines_.size());
     active_planes_ = static_cast<int>(planes_.size());
   }
 
-  int CurrentSupport() const { return Support(active_points_, active_lines_); }
-  int active_points() const { return active_points_; }
-  int active_lines() const { return active_lines_; }
+  int CurrentSupport() const { return Support(active_.points, active_.lines); }
+  int active_points() const { return active_.points; }
+  int active_lines() const { return active_.lines; }
   int active_planes() const { return active_planes_; }
-  std::vector<bool> PointActive() const {
-    std::vector<bool> active;
-    for (const int rows : point_rows_) active.push_back(rows > 0);
-    return active;
+  PerKind<PoseInliers> Inliers() const {
+    PerKind<PoseInliers> inliers;
+    ForEachKind([&]<class Landmark>() {
+      for (const int rows : PartOf<Landmark>(used_)) PartOf<Landmark>(inliers).push_back(rows > 0);
+    });
+    return inliers;
   }
-  const std::vector<bool>& line_active() const { return line_active_; }
 
   // Returns the median of z in C; for a line, of its midpoint.
   double Depth(const Pose& T) const {
     const Pose T_CW = T.Inverse();
     std::vector<double> depths;
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      if (point_rows_[i] > 0) depths.push_back((T_CW * points_[i].p_W).z());
-    }
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      if (!line_active_[i]) continue;
-      const Segment3& segment_W = lines_[i].segment_W;
-      depths.push_back((T_CW * Eigen::Vector3d(0.5 * (segment_W.p() + segment_W.q()))).z());
-    }
+    ForEachKind([&]<class Landmark>() {
+      const PoseObservations<Landmark>& seen = PartOf<Landmark>(seen_);
+      for (std::size_t i = 0; i < seen.size(); ++i) {
+        if (PartOf<Landmark>(used_)[i] > 0) depths.push_back((T_CW * seen[i].Centre()).z());
+      }
+    });
     return depths.empty() ? 0.0 : UpperMedian(std::move(depths));
   }
 
  private:
+  // Of each observation, the number of its rows that take part; 0 for an outlier.
+  template <class Landmark>
+  using UsedRows = std::vector<int>;
+  template <class Landmark>
+  using Count = int;
+
   // Cost outside the domain, that of the worst inlier: all rows are in their domain where a round
   // begins. If it were lower, a step past all landmarks would be the best fit.
   double WorstInlier(int dimension) const { return std::sqrt(options_.inliers.Of(dimension)); }
-
-  // Returns zero rows and false outside the domain; the row of an unused depth is zero.
-  bool PointRows(const RgbdProjection::View& view, std::size_t i, Eigen::Vector3d& r,
-                 Eigen::Matrix<double, 3, 6>* J) const {
-    const PosePoint& point = points_[i];
-    const bool inside = projection_.Evaluate<3>(view, point.rows, point.p_W, &r, J, nullptr);
-    if (!inside) r.setZero();
-    if (!inside && J != nullptr) J->setZero();
-    if (point_rows_[i] == 2) r.z() = 0.0;
-    if (point_rows_[i] == 2 && J != nullptr) J->row(2).setZero();
-    return inside;
-  }
-
-  bool LineRows(const RgbdProjection::View& view, const PoseLine& line, Eigen::Vector4d& r,
-                Eigen::Matrix<double, 4, 6>* J) const {
-    bool inside = true;
-    for (int end = 0; end < 2; ++end) {
-      const Eigen::Vector3d p_W = end == 0 ? line.segment_W.p() : line.segment_W.q();
-      Eigen::Vector2d r_end;
-      Eigen::Matrix<double, 2, 6> J_end;
-      if (!projection_.Evaluate<2>(view, line.rows[static_cast<std::size_t>(end)], p_W, &r_end,
-                                   J != nullptr ? &J_end : nullptr, nullptr)) {
-        r_end.setZero();
-        J_end.setZero();
-        inside = false;
-      }
-      r.segment<2>(2 * end) = r_end;
-      if (J != nullptr) J->middleRows<2>(2 * end) = J_end;
-    }
-    return inside;
-  }
 
   static double PlaneRow(const RgbdProjection::View& view, const PointToPlaneRow& row,
                          Eigen::Matrix<double, 1, 6>* J) {
@@ -310,15 +263,15 @@ class PoseProblem {
 
   Pose T_start_;
   const RgbdProjection& projection_;
-  std::span<const PosePoint> points_;
-  std::span<const PoseLine> lines_;
+  const PerKind<PoseObservations>& seen_;
   const PoseSolverOptions& options_;
   const PoseConstraint* known_;
   std::span<const PointToPlaneRow> planes_;
   bool pixels_first_ = false;
-  std::vector<int> point_rows_;  // 0: outlier, 2: without depth, 3: with depth
-  std::vector<bool> line_active_, plane_active_;
-  int active_points_ = 0, active_lines_ = 0, active_planes_ = 0;
+  PerKind<UsedRows> used_;
+  PerKind<Count> active_{};
+  std::vector<bool> plane_active_;
+  int active_planes_ = 0;
 };
 
 // Solves round by round; empty if too few inliers remain.
@@ -353,8 +306,7 @@ PoseSolution Solution(const PoseProblem& problem, const Pose& T_WC) {
   PoseSolution solution;
   solution.T_WC = T_WC;
   problem.Sum(solution);
-  solution.point_inliers = problem.PointActive();
-  solution.line_inliers = problem.line_active();
+  solution.inliers = problem.Inliers();
   solution.num_points = problem.active_points();
   solution.num_lines = problem.active_lines();
   solution.num_planes = problem.active_planes();
@@ -365,13 +317,12 @@ PoseSolution Solution(const PoseProblem& problem, const Pose& T_WC) {
 }  // namespace
 
 std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
-                                      std::span<const PosePoint> points,
-                                      std::span<const PoseLine> lines,
+                                      const PerKind<PoseObservations>& seen,
                                       const PoseSolverOptions& options, const PoseConstraint* known,
                                       std::span<const PointToPlaneRow> planes) {
-  PoseProblem problem(T_WC, projection, points, lines, options, known, planes);
+  PoseProblem problem(T_WC, projection, seen, options, known, planes);
   for (const bool pixels_first : {false, true}) {
-    if (pixels_first && points.empty()) break;
+    if (pixels_first && seen.points.empty()) break;
     problem.ActivateAll(pixels_first);
     if (const auto T = Solve(problem, T_WC, options)) return Solution(problem, *T);
   }

@@ -4,9 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include <highwall/frontend/pose/pose_observations.h>
 #include <highwall/internal/median.h>
-
-#include "pose/pose_observations.h"
 
 namespace highwall {
 namespace {

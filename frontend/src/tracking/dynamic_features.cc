@@ -75,8 +75,7 @@ bool DynamicFeatures::HasMoved(const TrackedFrame& rough, const Map& map,
     }
   }
   const LandmarkObservations seen = LandmarksSeen(model_, map, others);
-  return HaveMoved(rough.T_WC, model_.projection(), judged, judged_lines, seen.points, seen.lines,
-                   landmarks_);
+  return HaveMoved(rough.T_WC, model_.projection(), judged, judged_lines, seen, landmarks_);
 }
 
 cv::Mat DynamicFeatures::Find(const TrackedFrame& tracked, const Map& map) const {

@@ -137,8 +137,7 @@ class FrameRefiner::Job {
     const LandmarkObservations seen = LandmarksSeen(model_, map_, *frame);
     PoseSolverOptions options;
     options.min_support = tracker_.min_support;
-    const auto solution =
-        SolvePose(frame->T_WC, model_.projection(), seen.points, seen.lines, options);
+    const auto solution = SolvePose(frame->T_WC, model_.projection(), seen, options);
     if (solution) TakePose(seen, *solution, tracker_.degeneracy, frame);
     return solution.has_value();
   }

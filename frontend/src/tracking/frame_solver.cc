@@ -29,8 +29,8 @@ bool FrameSolver::Solve(const TrackingQuery& query, int min_support, FallbackCon
     planes = MatchSurfaces(*tracked, query.map);
     options.min_support = kMinSurfaceSupport;
   }
-  const auto solution = SolvePose(tracked->T_WC, model_.projection(), seen.points, seen.lines,
-                                  options, query.prediction, planes);
+  const auto solution =
+      SolvePose(tracked->T_WC, model_.projection(), seen, options, query.prediction, planes);
   if (!solution) return false;
   if (fallback == FallbackConstraint::kSurfaces &&
       (solution->num_planes < kMinSurfaceRows ||

@@ -64,7 +64,7 @@ LandmarkObservations LandmarksSeen(const MeasurementModel& model, const Map& map
 void TakePose(const LandmarkObservations& seen, const PoseSolution& solution,
               const DegeneracyOptions& degeneracy, TrackedFrame* tracked) {
   ForEachKind([&]<class Landmark>() {
-    const std::vector<bool>& inliers = PoseTraits<Landmark>::Inliers(solution);
+    const std::vector<bool>& inliers = PartOf<Landmark>(solution.inliers);
     const std::vector<std::size_t>& indices = PartOf<Landmark>(seen.features);
     for (std::size_t i = 0; i < indices.size(); ++i) {
       if (!inliers[i]) PartOf<Landmark>(*tracked)[indices[i]] = kNoId;

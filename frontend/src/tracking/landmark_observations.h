@@ -7,11 +7,11 @@
 
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/pose/pose_observations.h>
 #include <highwall/frontend/pose/pose_solver.h>
 
 #include "map/map_matcher.h"
 #include "pose/degeneracy.h"
-#include "pose/pose_observations.h"
 #include "tracking/tracked_frame.h"
 
 namespace highwall {

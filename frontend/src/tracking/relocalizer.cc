@@ -12,7 +12,6 @@
 #include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/pose/pose_solver.h>
 
-#include "pose/pose_observations.h"
 #include "pose/support.h"
 
 namespace highwall {
@@ -141,11 +140,8 @@ std::optional<Pose> RansacPose(const std::vector<Pair>& pairs, const std::vector
 }
 
 // Pairs selected for one pose, with their matches.
-struct Selection {
-  std::vector<PosePoint> points;
-  std::vector<PoseLine> lines;
-  std::vector<std::pair<int, PointId>> point_matches;
-  std::vector<std::pair<int, LineId>> line_matches;
+struct Selection : PerKind<PoseObservations> {
+  PerKind<LandmarkMatches> matches;
 };
 
 // Adds the lines as they are seen from T_WC.
@@ -156,23 +152,24 @@ void SelectLines(const std::vector<LinePair>& pairs, const Pose& T_WC,
     const auto line = MakePoseObservation(model, *pair.line, *pair.seen, T_WC);
     if (!line || (fitting_only && !FitsLine(view, *line, model.projection()))) continue;
     selection->lines.push_back(*line);
-    selection->line_matches.emplace_back(pair.feature, pair.line->id);
+    selection->matches.lines.emplace_back(pair.feature, pair.line->id);
   }
 }
 
 std::optional<Relocalization> Solve(const MeasurementModel& model, const Pose& T_WC,
                                     const Selection& selection, KeyFrameId keyframe,
                                     const PoseSolverOptions& solver) {
-  const auto solution =
-      SolvePose(T_WC, model.projection(), selection.points, selection.lines, solver);
+  const auto solution = SolvePose(T_WC, model.projection(), selection, solver);
   if (!solution) return std::nullopt;
   Relocalization result{solution->T_WC, keyframe, {}};
-  for (std::size_t i = 0; i < selection.points.size(); ++i) {
-    if (solution->point_inliers[i]) result.matches.points.push_back(selection.point_matches[i]);
-  }
-  for (std::size_t i = 0; i < selection.lines.size(); ++i) {
-    if (solution->line_inliers[i]) result.matches.lines.push_back(selection.line_matches[i]);
-  }
+  ForEachKind([&]<class Landmark>() {
+    const LandmarkMatches<Landmark>& matches = PartOf<Landmark>(selection.matches);
+    for (std::size_t i = 0; i < matches.size(); ++i) {
+      if (PartOf<Landmark>(solution->inliers)[i]) {
+        PartOf<Landmark>(result.matches).push_back(matches[i]);
+      }
+    }
+  });
   return result;
 }
 
@@ -193,7 +190,7 @@ std::optional<Relocalization> Refine(const MeasurementModel& model, const Pose& 
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       if (!FitsPoint(view, points[i], model.projection())) continue;
       selection.points.push_back(points[i]);
-      selection.point_matches.emplace_back(pairs[i].feature, pairs[i].point);
+      selection.matches.points.emplace_back(pairs[i].feature, pairs[i].point);
     }
     SelectLines(lines, T_WC, model, true, &selection);
     result = Solve(model, T_WC, selection, keyframe, solver);

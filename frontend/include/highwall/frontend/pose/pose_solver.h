@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -11,29 +10,16 @@
 #include <highwall/core/pose.h>
 #include <highwall/factors/point_to_plane.h>
 #include <highwall/factors/rgbd_projection.h>
-#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/landmark.h>
 #include <highwall/frontend/pose/options.h>
 #include <highwall/frontend/pose/pose_constraint.h>
+#include <highwall/frontend/pose/pose_observations.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
-// A known world point and the rows of its observation; rows beyond `dimension` are zero.
-struct PosePoint {
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // [m]
-  ProjectionRows<3> rows;
-  int dimension = 3;     // 2 or 3
-  NoiseFactors noise{};  // of the feature
-};
-
-// A known world line and the rows of its observation in the end-point form. The ends lie on the
-// line where the observed ends project to it (TrimToObservation), so that the distance is measured
-// at the observed ends and not at those of a longer map line.
-struct PoseLine {
-  Segment3 segment_W;  // [m]
-  std::array<ProjectionRows<2>, 2> rows;
-  int dimension = 4;     // 2 or 4
-  NoiseFactors noise{};  // of the feature
-};
+// Of each observation of one kind, whether it is an inlier.
+template <class Landmark>
+using PoseInliers = std::vector<bool>;
 
 // Result of SolvePose.
 struct PoseSolution {
@@ -43,23 +29,21 @@ struct PoseSolution {
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> gradient = Eigen::Matrix<double, 6, 1>::Zero();
   double error = 1.0;  // of the same rows: |r|^2 per degree of freedom, 1 for the correct noise
-  std::vector<bool> point_inliers;
-  std::vector<bool> line_inliers;
+  PerKind<PoseInliers> inliers;
   int num_points = 0;  // inliers
   int num_lines = 0;   // inliers
   int num_planes = 0;  // inliers
   double depth = 0.0;  // [m] median over the inliers in C, except planes
 };
 
-// Estimates the camera pose from known points and lines: robust Levenberg-Marquardt
-// (ceres::TinySolver) in the tangent space at T_WC, with outlier removal between rounds; if too few
-// inliers remain, it is repeated with pixels and lines, adding the depth of points only where it is
-// consistent. B = C in `projection`. known: a prior, may be null. planes: rows with the frames W
-// and C; they are included as well, and do not count as support. Empty if less than min_support
-// remains or the steps are not finite.
+// Estimates the camera pose from known landmarks: robust Levenberg-Marquardt (ceres::TinySolver) in
+// the tangent space at T_WC, with outlier removal between rounds; if too few inliers remain, it is
+// repeated with pixels and lines, adding the depth of points only where it is consistent. B = C in
+// `projection`. seen: the observations of all kinds, such as {points, lines}. known: a prior, may
+// be null. planes: rows with the frames W and C; they are included as well, and do not count as
+// support. Empty if less than min_support remains or the steps are not finite.
 std::optional<PoseSolution> SolvePose(const Pose& T_WC, const RgbdProjection& projection,
-                                      std::span<const PosePoint> points,
-                                      std::span<const PoseLine> lines,
+                                      const PerKind<PoseObservations>& seen,
                                       const PoseSolverOptions& options = {},
                                       const PoseConstraint* known = nullptr,
                                       std::span<const PointToPlaneRow> planes = {});

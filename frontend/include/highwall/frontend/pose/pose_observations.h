@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <highwall/core/line3.h>
+#include <highwall/core/pose.h>
+#include <highwall/factors/rgbd_projection.h>
+#include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/landmark.h>
+#include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/pose/options.h>
+
+// Observations of known landmarks by one image, from which SolvePose estimates its pose. Those of
+// each kind have
+//   kRows: number of residual rows,
+//   Huber(options): the threshold of their robust cost,
+//   RowsAtStart(pixels_first): how many rows take part before the first classification of inliers,
+//     where pixels_first means without the depth of points,
+//   Evaluate(projection, view, used, r, J): the rows and, unless J is null, their Jacobian in the
+//     tangent of PoseManifold, where only `used` of them take part; all are zero, and it returns
+//     false, outside of the domain,
+//   InlierRows(r, bounds, pixels_first): how many rows take part where the residuals are r; 0 for
+//     an outlier,
+//   Centre(): a point [m] in W whose depth is that of the landmark.
+namespace [[gnu::visibility("default")]] highwall {
+
+// A known world point and the rows of its observation; rows beyond `dimension` are zero.
+struct PosePoint {
+  static constexpr int kRows = 3;
+
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // [m]
+  ProjectionRows<3> rows;
+  int dimension = 3;     // 2 or 3
+  NoiseFactors noise{};  // of the feature
+
+  static double Huber(const PoseSolverOptions& options) { return options.point_huber; }
+  int RowsAtStart(bool pixels_first) const { return pixels_first ? 2 : dimension; }
+  bool Evaluate(const RgbdProjection& projection, const RgbdProjection::View& view, int used,
+                Eigen::Vector3d* r, Eigen::Matrix<double, 3, 6>* J) const;
+  // With pixels_first, a point whose depth alone is inconsistent is kept without it.
+  int InlierRows(const Eigen::Vector3d& r, const InlierBounds& bounds, bool pixels_first) const;
+  Eigen::Vector3d Centre() const { return p_W; }
+};
+
+// A known world line and the rows of its observation in the end-point form. The ends lie on the
+// line where the observed ends project to it (TrimToObservation), so that the distance is measured
+// at the observed ends and not at those of a longer map line.
+struct PoseLine {
+  static constexpr int kRows = 4;
+
+  Segment3 segment_W;  // [m]
+  std::array<ProjectionRows<2>, 2> rows;
+  int dimension = 4;     // 2 or 4
+  NoiseFactors noise{};  // of the feature
+
+  static double Huber(const PoseSolverOptions& options) { return options.line_huber; }
+  int RowsAtStart(bool) const { return dimension; }
+  bool Evaluate(const RgbdProjection& projection, const RgbdProjection::View& view, int used,
+                Eigen::Vector4d* r, Eigen::Matrix<double, 4, 6>* J) const;
+  int InlierRows(const Eigen::Vector4d& r, const InlierBounds& bounds, bool pixels_first) const;
+  // Returns the midpoint.
+  Eigen::Vector3d Centre() const { return 0.5 * (segment_W.p() + segment_W.q()); }
+};
+
+// The form in which SolvePose takes a kind of landmark.
+template <class Landmark>
+struct PoseTraits;
+template <>
+struct PoseTraits<MapPoint> {
+  using Observation = PosePoint;
+};
+template <>
+struct PoseTraits<MapLine> {
+  using Observation = PoseLine;
+};
+// Observations of one kind; PerKind<PoseObservations> are those of an image.
+template <class Landmark>
+using PoseObservations = std::vector<typename PoseTraits<Landmark>::Observation>;
+
+// Returns a landmark and its feature in the form used by SolvePose.
+PosePoint MakePoseObservation(const MeasurementModel& model, const MapPoint& point,
+                              const PointFeature& feature);
+// T_WC: rough pose of the camera, which determines the part of the map line that the feature
+// observes. Empty if that part is not in front of the camera; never empty for a point.
+std::optional<PosePoint> MakePoseObservation(const MeasurementModel& model, const MapPoint& point,
+                                             const PointFeature& feature, const Pose& T_WC);
+std::optional<PoseLine> MakePoseObservation(const MeasurementModel& model, const MapLine& line,
+                                            const LineFeature& feature, const Pose& T_WC);
+
+}  // namespace highwall
