@@ -153,8 +153,7 @@ TEST_F(PoseSources, TheLastFrameTakesThePredictionAsAPrior) {
   ASSERT_TRUE(unaided.rough.has_value());
   EXPECT_LT(testing::PositionError(unaided.rough->T_WC, Pose()), 1e-6);
   EXPECT_FALSE(unaided.is_inconsistent);
-  EXPECT_EQ(unaided.diagnostics.agreed,
-            MatchedSupport(unaided.rough->points, unaided.rough->lines));
+  EXPECT_EQ(unaided.diagnostics.agreed, MatchedSupport(*unaided.rough));
 }
 
 TEST_F(PoseSources, OnlyThePlaceIndexRelocalizes) {

@@ -70,13 +70,13 @@ TEST_F(SensorModelTest, ABetterMotionOfAKeyframeMovesItsFeatures) {
   sensor.Remember(keyframe, {timing, Twist()});
   ASSERT_NE(sensor.RowsOf(keyframe.id), nullptr);
   const auto before = keyframe.frame.features;
-  sensor.CompensateAround({keyframe.points, keyframe.lines}, 1, &scene_map_.map);
+  sensor.CompensateAround(keyframe, 1, &scene_map_.map);
   EXPECT_EQ(keyframe.frame.features, before);
   const Frame next = MakeFrame(view_, 1);
   sensor.LearnTiming({next.stamp, *next.features, keyframe.points, Pose()}, scene_map_.map,
                      {.at_frame = motion_, .keyframe = keyframe.id, .at_keyframe = motion_});
   EXPECT_EQ(keyframe.frame.features, before);
-  sensor.CompensateAround({keyframe.points, keyframe.lines}, 1, &scene_map_.map);
+  sensor.CompensateAround(keyframe, 1, &scene_map_.map);
   EXPECT_NE(keyframe.frame.features, before);
   EXPECT_EQ(sensor.RowsOf(keyframe.id)->motion.v, motion_.v);
   EXPECT_EQ(sensor.timing().colour_readout, 0.02);

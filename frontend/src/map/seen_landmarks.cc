@@ -39,12 +39,12 @@ class Finder {
 }  // namespace
 
 SeenLandmarks FindSeen(const Map& map, const std::shared_ptr<const FrameFeatures>& features,
-                       const PerKind<LandmarkSpan>& matched, double error) {
+                       const PerKind<LandmarkIds>& matched, double error) {
   SeenLandmarks seen;
   seen.error = error;
   Finder finder(map);
   ForEachKind([&]<class Landmark>() {
-    const LandmarkSpan<Landmark>& ids = PartOf<Landmark>(matched);
+    const LandmarkIds<Landmark>& ids = PartOf<Landmark>(matched);
     for (std::size_t i = 0; i < ids.size(); ++i) {
       const Landmark* const landmark = map.Find(ids[i]);
       if (landmark == nullptr) continue;

@@ -33,9 +33,7 @@ InertialOdometry::Observation SlamSystem::Impl::Observe(const TrackedFrame& trac
 
 void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFrame& tracked,
                             FrameResult& result) {
-  observation.see = [&] {
-    return FindSeen(map_, tracked.frame.features, {tracked.points, tracked.lines}, tracked.error);
-  };
+  observation.see = [&] { return FindSeen(map_, tracked.frame.features, tracked, tracked.error); };
   // The result of a loop in progress would be lost.
   observation.keeps_level = loop_closer_.IsClosing();
   result.inertial = inertial_->Update(observation);

@@ -19,8 +19,7 @@ constexpr double kMaxSurfaceSigma = 0.2;
 bool FrameSolver::Solve(const TrackingQuery& query, int min_support, FallbackConstraint fallback,
                         TrackedFrame* tracked) const {
   const LandmarkObservations seen = LandmarksSeen(model_, query.map, *tracked);
-  tracked->tried_points = tracked->points;
-  tracked->tried_lines = tracked->lines;
+  tracked->tried = *tracked;
   PoseSolverOptions options;
   options.min_support =
       query.prediction != nullptr ? std::min(min_support, kMinPredictedSupport) : min_support;

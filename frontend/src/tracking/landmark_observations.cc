@@ -23,8 +23,8 @@ int NumMatched(const std::vector<LandmarkId>& landmarks) {
 
 }  // namespace
 
-int MatchedSupport(const std::vector<PointId>& points, const std::vector<LineId>& lines) {
-  return Support(NumMatched(points), NumMatched(lines));
+int MatchedSupport(const PerKind<LandmarkIds>& landmarks) {
+  return Support(NumMatched(landmarks.points), NumMatched(landmarks.lines));
 }
 
 TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC) {

@@ -33,7 +33,7 @@ void Apply(const std::vector<std::pair<int, LandmarkId>>& matches,
 }
 
 // Returns the support of the matched landmarks.
-int MatchedSupport(const std::vector<PointId>& points, const std::vector<LineId>& lines);
+int MatchedSupport(const PerKind<LandmarkIds>& landmarks);
 
 // Returns a frame with a pose and without matched landmarks.
 TrackedFrame Unmatched(const Frame& frame, const Pose& T_WC);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 #include "features/row_times.h"
@@ -20,7 +21,6 @@ PoseHypothesis LastFrameSource::Propose(const TrackingQuery& query) const {
 PoseHypothesis LastFrameSource::ProposeWith(FallbackConstraint fallback,
                                             const TrackingQuery& query) const {
   const auto& [frame, map, prediction] = query;
-  const TrackedFrame& last = *state_.last;
   PoseHypothesis hypothesis{.fallback = fallback};
   if (prediction != nullptr) hypothesis.prior = *prediction;
   AttemptDiagnostics& diagnostics = hypothesis.diagnostics;
@@ -30,30 +30,42 @@ PoseHypothesis LastFrameSource::ProposeWith(FallbackConstraint fallback,
   for (const double radius_scale : {1.0, 2.0}) {
     TrackedFrame tracked =
         Unmatched(frame, prediction != nullptr ? prediction->T_WC : state_.Extrapolate(frame));
-    Apply(matcher_.MatchLast(*frame.features, tracked.T_WC, map, *last.frame.features, last.points,
-                             radius_scale),
-          tracked.points);
-    Apply(matcher_.Match(*frame.features, tracked.T_WC, map, last.lines, Taken(tracked.lines)),
-          tracked.lines);
+    MatchLast(query, radius_scale, &tracked);
     const bool solved = solver_.Solve(query, kMinMotionSupport, fallback, &tracked);
-    diagnostics.tried =
-        std::max(diagnostics.tried, MatchedSupport(tracked.tried_points, tracked.tried_lines));
+    diagnostics.tried = std::max(diagnostics.tried, MatchedSupport(tracked.tried));
     if (!solved) continue;
-    const int agreed = MatchedSupport(tracked.points, tracked.lines);
+    const int agreed = MatchedSupport(tracked);
     diagnostics.agreed = std::max(diagnostics.agreed, agreed);
     hypothesis.is_inconsistent = IsInconsistent(tracked);
     if (!hypothesis.is_inconsistent) {
       best = std::move(tracked);
       break;
     }
-    if (!best || agreed > MatchedSupport(best->points, best->lines)) best = std::move(tracked);
+    if (!best || agreed > MatchedSupport(*best)) best = std::move(tracked);
   }
   return hypothesis;
 }
 
+void LastFrameSource::MatchLast(const TrackingQuery& query, double radius_scale,
+                                TrackedFrame* tracked) const {
+  const FrameFeatures& features = *query.frame.features;
+  const TrackedFrame& last = *state_.last;
+  ForEachKind([&]<class Landmark>() {
+    LandmarkIds<Landmark>& landmarks = PartOf<Landmark>(*tracked);
+    if constexpr (std::is_same_v<Landmark, MapPoint>) {
+      Apply(matcher_.MatchLast(features, tracked->T_WC, query.map, *last.frame.features,
+                               last.points, radius_scale),
+            landmarks);
+    } else {
+      Apply(matcher_.Match(features, tracked->T_WC, query.map, PartOf<Landmark>(last),
+                           Taken(landmarks)),
+            landmarks);
+    }
+  });
+}
+
 bool LastFrameSource::IsInconsistent(const TrackedFrame& rough) const {
-  return MatchedSupport(rough.points, rough.lines) <
-         parameters_.doubtful_agreement * MatchedSupport(rough.tried_points, rough.tried_lines);
+  return MatchedSupport(rough) < parameters_.doubtful_agreement * MatchedSupport(rough.tried);
 }
 
 double LastFrameSource::Shift(const Frame& frame) const {

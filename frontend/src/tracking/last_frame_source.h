@@ -34,6 +34,9 @@ class LastFrameSource : public PoseSource {
   const TrackerState& state() const { return state_; }
 
  private:
+  // Matches a frame at its rough pose with the landmarks of the last one. radius_scale: of the
+  // search for points.
+  void MatchLast(const TrackingQuery& query, double radius_scale, TrackedFrame* tracked) const;
   // Returns whether few of the first matches are consistent with their pose.
   bool IsInconsistent(const TrackedFrame& rough) const;
   // Returns the predicted image shift [px] until `frame` at constant velocity.

@@ -14,9 +14,7 @@ struct LocalMatch {
   PerKind<LandmarkIds> in_view{};
 
   int Support() const { return highwall::Support(frame.num_points, frame.num_lines); }
-  std::size_t SupportInView() const {
-    return highwall::Support(in_view.points.size(), in_view.lines.size());
-  }
+  std::size_t SupportInView() const { return SupportOf(in_view); }
 };
 
 }  // namespace highwall

@@ -14,6 +14,12 @@ namespace {
 
 constexpr std::size_t kCompared = 3;  // keyframes whose depth must be consistent with a frame's
 
+std::size_t NumFeatures(const TrackedFrame& frame) {
+  std::size_t features = 0;
+  ForEachKind([&]<class Landmark>() { features += PartOf<Landmark>(frame).size(); });
+  return features;
+}
+
 int NumCells(const cv::Mat& mask) {
   return mask.empty() ? 0 : cv::countNonZero(mask);
 }
@@ -63,11 +69,11 @@ bool PoseVerifier::IsRefuted(const PoseHypothesis& hypothesis, const LocalMatch&
 PoseVerifier::StaticMatch PoseVerifier::MatchStaticScene(const TrackingQuery& query,
                                                          TrackedFrame rough,
                                                          FallbackConstraint fallback) const {
-  const auto all = static_cast<double>(rough.points.size() + rough.lines.size());
+  const auto all = static_cast<double>(NumFeatures(rough));
   const auto match_rest = [&](TrackedFrame rest) {
     StaticMatch result;
     moving_.MaskOut(rest);
-    result.masked_share = 1.0 - static_cast<double>(rest.points.size() + rest.lines.size()) / all;
+    result.masked_share = 1.0 - static_cast<double>(NumFeatures(rest)) / all;
     result.match = MatchLocalMap(query, std::move(rest), fallback);
     return result;
   };

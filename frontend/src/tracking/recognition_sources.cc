@@ -10,10 +10,9 @@ namespace {
 // Returns a frame with the relocalizer's matches.
 TrackedFrame Matched(const Frame& frame, const Relocalization& found) {
   TrackedFrame tracked = Unmatched(frame, found.T_WC);
-  Apply(found.matches.points, tracked.points);
-  Apply(found.matches.lines, tracked.lines);
-  tracked.tried_points = tracked.points;
-  tracked.tried_lines = tracked.lines;
+  ForEachKind(
+      [&]<class Landmark>() { Apply(PartOf<Landmark>(found.matches), PartOf<Landmark>(tracked)); });
+  tracked.tried = tracked;
   return tracked;
 }
 

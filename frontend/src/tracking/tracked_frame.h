@@ -26,9 +26,7 @@ struct TrackedFrame : PerKind<LandmarkIds> {
   Pose T_WC;                       // meaningful where HasPose(state)
   KeyFrameId reference = kNoId;    // the keyframe that shares most landmarks
   SubmapId submap = kFirstSubmap;  // that a keyframe made of it joins
-  // The same before outlier rejection.
-  std::vector<PointId> tried_points;
-  std::vector<LineId> tried_lines;
+  PerKind<LandmarkIds> tried;      // the same landmarks before outlier rejection
   // Dynamic mask (DynamicObjects::Find); empty without dynamic objects. Masked features have been
   // removed from `frame`.
   cv::Mat moving;

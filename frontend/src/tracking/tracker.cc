@@ -68,7 +68,7 @@ TrackingResult Tracker::Track(const Frame& seen, const Map& map,
   }
   LocalMatch& match = *search.best;
   TrackedFrame& tracked = match.frame;
-  TrackingResult result{.counts = {std::move(match.in_view), {tracked.points, tracked.lines}}};
+  TrackingResult result{.counts = {std::move(match.in_view), tracked}};
   if (was_tracking && !tracked.relocalized) {
     result.motion =
         UpdateMotion(search.prediction_rejected ? query.WithoutPrediction() : query, &match);
@@ -160,14 +160,14 @@ bool Tracker::IsPredictionSuspect(const TrackingQuery& query, const PoseSearch& 
 void Tracker::Anchor(const TrackedFrame& tracked, const KeyFrame& keyframe) {
   if (!state_.last) {
     // The first keyframe was not tracked: the next frame should match all its landmarks.
-    state_.last_support = MatchedSupport(keyframe.points, keyframe.lines);
+    state_.last_support = MatchedSupport(keyframe);
     state_.last_landmarks = tracked.frame.stamp;
     state_.velocity.Reset();
   }
   state_.last = tracked;
   state_.last->T_WC = keyframe.T_WC;
-  state_.last->points = keyframe.points;
-  state_.last->lines = keyframe.lines;
+  PerKind<LandmarkIds>& matched = *state_.last;
+  matched = keyframe;
   state_.last->reference = keyframe.id;
   if (!imu_predicts_motion_) anchored_ = keyframe.id;
 }

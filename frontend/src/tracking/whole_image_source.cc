@@ -64,12 +64,12 @@ std::optional<TrackedFrame> WholeImageSource::MatchLandmarks(const TrackingQuery
   const std::vector<KeyFrameId> local =
       state_.AroundReference(query.map, static_cast<std::size_t>(options_.local_keyframes));
   TrackedFrame rough = Unmatched(query.frame, T_WC);
-  Apply(matcher_.Match(features, T_WC, query.map, query.map.SeenBy<MapPoint>(local),
-                       Taken(rough.points)),
-        rough.points);
-  Apply(matcher_.Match(features, T_WC, query.map, query.map.SeenBy<MapLine>(local),
-                       Taken(rough.lines)),
-        rough.lines);
+  ForEachKind([&]<class Landmark>() {
+    LandmarkIds<Landmark>& landmarks = PartOf<Landmark>(rough);
+    Apply(matcher_.Match(features, T_WC, query.map, query.map.SeenBy<Landmark>(local),
+                         Taken(landmarks)),
+          landmarks);
+  });
   if (!solver_.Solve(query, kMinPredictedSupport, FallbackConstraint::kNone, &rough)) {
     return std::nullopt;
   }

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <memory>
-#include <span>
 #include <vector>
 
 #include <highwall/core/pose.h>
@@ -38,12 +37,9 @@ struct SeenLandmarks : PerKind<SeenOfKind> {
   double error = 1.0;  // |r|^2 per degree of freedom over all observations at the pose of the image
 };
 
-// Ids of one kind that another object owns.
-template <class Landmark>
-using LandmarkSpan = std::span<const Id<Landmark>>;
 // Returns the landmarks that an image observes. matched: those of the features, kNoId if unmatched,
-// as in TrackedFrame.
+// such as a KeyFrame.
 SeenLandmarks FindSeen(const Map& map, const std::shared_ptr<const FrameFeatures>& features,
-                       const PerKind<LandmarkSpan>& matched, double error);
+                       const PerKind<LandmarkIds>& matched, double error);
 
 }  // namespace highwall
