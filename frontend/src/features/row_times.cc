@@ -13,11 +13,12 @@
 #include <highwall/core/error.h>
 #include <highwall/internal/median.h>
 
+#include "features/feature_kinds.h"
+
 namespace highwall {
 namespace {
 
 constexpr double kFar = 100.0;  // [m] distance at which the motion of the camera is not visible
-constexpr double kNear = 0.01;  // [m]
 
 // std::floor, whose call would keep the loop over a row from being vectorized.
 int Floor(float x) {
@@ -122,35 +123,17 @@ class LaterRow {
   std::vector<int> columns_, rows_;
 };
 
-// Returns the features with their points p_C moved by move(row, p_C, whether its depth was
-// measured).
-template <class Move>
+// Returns the features with all of their points moved.
 std::shared_ptr<const FrameFeatures> Moved(const FrameFeatures& features,
-                                           const PinholeCamera& camera, const Move& move) {
+                                           const PinholeCamera& camera, const MovePoint& move) {
   auto moved = std::make_shared<FrameFeatures>(features);
   const double mean = MeanDepth(features);
-  for (PointFeature& point : moved->points) {
-    const bool measured = point.depth > 0.0;
-    const Eigen::Vector3d p_C =
-        move(point.uv.y(), camera.Unproject(point.uv, measured ? point.depth : mean), measured);
-    if (p_C.z() >= kNear) {
-      point.uv = camera.Project(p_C);
-      if (measured) point.depth = p_C.z();
-    }
-  }
+  ForEachKindOfFeature(
+      [&](auto& list) {
+        for (auto& feature : list) MoveFeature(move, camera, mean, &feature);
+      },
+      *moved);
   moved->point_grid = GridOf(moved->points, {camera.width, camera.height});
-  for (LineFeature& line : moved->lines) {
-    const auto move_end = [&](Eigen::Vector2f* end, Eigen::Vector3d* measured) {
-      const Eigen::Vector2d uv = end->cast<double>();
-      const Eigen::Vector3d p_C =
-          move(uv.y(), measured ? *measured : camera.Unproject(uv, mean), measured != nullptr);
-      if (p_C.z() < kNear) return;
-      *end = camera.Project(p_C).cast<float>();
-      if (measured) *measured = p_C;
-    };
-    move_end(&line.segment.s, line.segment_C ? &line.segment_C->p_C : nullptr);
-    move_end(&line.segment.e, line.segment_C ? &line.segment_C->q_C : nullptr);
-  }
   return moved;
 }
 

@@ -8,6 +8,8 @@
 
 #include <Eigen/Core>
 
+#include "features/feature_kinds.h"
+
 namespace highwall {
 namespace {
 
@@ -21,56 +23,48 @@ class LandmarkShifts {
   void Add(const KeyFrame& keyframe, const FrameFeatures& before) {
     const FrameFeatures& after = *keyframe.frame.features;
     const Eigen::Matrix3d R_WC = keyframe.T_WC.q().toRotationMatrix();
-    for (std::size_t i = 0; i < before.points.size(); ++i) {
-      const PointFeature &from = before.points[i], &to = after.points[i];
-      if (keyframe.points[i] == kNoId || !(from.depth > 0.0)) continue;
-      points_.try_emplace(keyframe.points[i], Eigen::Vector3d::Zero()).first->second +=
-          R_WC * (camera_.Unproject(to.uv, to.depth) - camera_.Unproject(from.uv, from.depth));
-    }
-    for (std::size_t i = 0; i < before.lines.size(); ++i) {
-      const auto &from = before.lines[i].segment_C, &to = after.lines[i].segment_C;
-      if (keyframe.lines[i] == kNoId || !from || !to) continue;
-      // A landmark is longer than its segment in one image: both of its ends get the same shift.
-      lines_.try_emplace(keyframe.lines[i], Eigen::Vector3d::Zero()).first->second +=
-          0.5 * R_WC * (to->p_C - from->p_C + to->q_C - from->q_C);
-    }
+    ForEachKind([&]<class Landmark>() {
+      const LandmarkIds<Landmark>& landmarks = PartOf<Landmark>(keyframe);
+      for (std::size_t i = 0; i < landmarks.size(); ++i) {
+        if (landmarks[i] == kNoId) continue;
+        const auto shift =
+            ShiftOf(PartOf<Landmark>(before)[i], PartOf<Landmark>(after)[i], camera_);
+        if (!shift) continue;
+        PartOf<Landmark>(sums_).try_emplace(landmarks[i], Eigen::Vector3d::Zero()).first->second +=
+            R_WC * *shift;
+      }
+    });
   }
 
   void Apply(Map* map) const {
-    for (const auto& [id, sum] : points_) {
-      MapPoint* point = map->Find(id);
-      if (point == nullptr) continue;
-      point->p_W += sum / Measured(*map, point->observations, [](const auto& features, auto i) {
-                      return features.points[i].depth > 0.0;
-                    });
-    }
-    for (const auto& [id, sum] : lines_) {
-      MapLine* line = map->Find(id);
-      if (line == nullptr) continue;
-      const Eigen::Vector3d shift =
-          sum / Measured(*map, line->observations, [](const auto& features, auto i) {
-            return features.lines[i].segment_C.has_value();
-          });
-      line->segment_W = Segment3(line->segment_W.p() + shift, line->segment_W.q() + shift);
-    }
+    ForEachKind([&]<class Landmark>() {
+      for (const auto& [id, sum] : PartOf<Landmark>(sums_)) {
+        Landmark* const landmark = map->Find(id);
+        if (landmark == nullptr) continue;
+        LandmarkTraits<Landmark>::Shift(sum / Measured(*map, *landmark), *landmark);
+      }
+    });
   }
 
  private:
-  template <class HasDepth>
-  static double Measured(const Map& map, const std::vector<Observation>& observations,
-                         const HasDepth& has_depth) {
+  template <class Landmark>
+  using Sums = std::map<Id<Landmark>, Eigen::Vector3d>;  // [m] in W
+
+  // Returns the number of keyframes that measured the depth of the landmark.
+  template <class Landmark>
+  static double Measured(const Map& map, const Landmark& landmark) {
     int count = 0;
-    for (const Observation& observation : observations) {
+    for (const Observation& observation : landmark.observations) {
       const KeyFrame* keyframe = map.keyframe(observation.keyframe);
       if (keyframe == nullptr) continue;
-      count += has_depth(*keyframe->frame.features, static_cast<std::size_t>(observation.index));
+      const auto& features = PartOf<Landmark>(*keyframe->frame.features);
+      count += HasDepth(features[static_cast<std::size_t>(observation.index)]) ? 1 : 0;
     }
     return count;
   }
 
   const PinholeCamera& camera_;
-  std::map<PointId, Eigen::Vector3d> points_;  // [m] sums
-  std::map<LineId, Eigen::Vector3d> lines_;
+  PerKind<Sums> sums_;
 };
 
 bool IsBeyondSigma(const FrameTimingEstimate& estimate, const FrameTiming& from) {

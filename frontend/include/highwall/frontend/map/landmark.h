@@ -71,7 +71,8 @@ struct MapLine {
 //   Feature: an observation of it in an image,
 //   PartOf(holder): the member about this kind of any structure with one member for each kind, such
 //     as `points` of KeyFrame, of FrameFeatures and of PerKind,
-//   Rotate(R, landmark): rotates what has a direction besides the geometry.
+//   Rotate(R, landmark): rotates what has a direction besides the geometry,
+//   Shift(by_W, landmark): moves it by a vector [m].
 template <class Landmark>
 struct LandmarkTraits;
 
@@ -95,6 +96,7 @@ struct LandmarkTraits<MapPoint> {
   static void Rotate(const Rotation& R, MapPoint& point) {
     point.normal_W = R * point.normal_W;
   }
+  static void Shift(const Eigen::Vector3d& by_W, MapPoint& point) { point.p_W += by_W; }
 };
 
 // Lines: members are named `lines`.
@@ -117,6 +119,9 @@ struct LandmarkTraits<MapLine> {
   }
   template <class Rotation>
   static void Rotate(const Rotation&, MapLine&) {}
+  static void Shift(const Eigen::Vector3d& by_W, MapLine& line) {
+    line.segment_W = Segment3(line.segment_W.p() + by_W, line.segment_W.q() + by_W);
+  }
 };
 
 // A kind of landmark: MapPoint or MapLine.
