@@ -1,6 +1,21 @@
 #include <highwall/frontend/features/frame.h>
 
+#include "features/feature_kinds.h"
+
 namespace highwall {
+namespace {
+
+// Returns the rows whose flag is set; none if there are no descriptors.
+cv::Mat SelectRows(const cv::Mat& descriptors, const std::vector<bool>& kept) {
+  cv::Mat selected;
+  if (descriptors.empty()) return selected;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    if (kept[i]) selected.push_back(descriptors.row(static_cast<int>(i)));
+  }
+  return selected;
+}
+
+}  // namespace
 
 FeatureGrid GridOf(const std::vector<PointFeature>& points, const cv::Size& size) {
   std::vector<cv::KeyPoint> places;
@@ -12,27 +27,24 @@ FeatureGrid GridOf(const std::vector<PointFeature>& points, const cv::Size& size
   return {places, size};
 }
 
-std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features,
-                                            const std::vector<bool>& points,
-                                            const std::vector<bool>& lines, const cv::Size& size) {
+std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features, const FeatureFlags& kept,
+                                            const cv::Size& size) {
   auto selected = std::make_shared<FrameFeatures>();
   selected->sharpness = features.sharpness;
   selected->brightness = features.brightness;
   selected->depth_grid = features.depth_grid;
   selected->gray_grid = features.gray_grid;
   selected->gray = features.gray;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (!points[i]) continue;
-    selected->points.push_back(features.points[i]);
-    selected->point_descriptors.push_back(features.point_descriptors.row(static_cast<int>(i)));
-  }
+  ForEachKindOfFeature(
+      [](const auto& all, const std::vector<bool>& flags, auto& list) {
+        for (std::size_t i = 0; i < flags.size(); ++i) {
+          if (flags[i]) list.push_back(all[i]);
+        }
+      },
+      features, kept, *selected);
+  selected->point_descriptors = SelectRows(features.point_descriptors, kept.points);
+  selected->line_descriptors = SelectRows(features.line_descriptors, kept.lines);
   selected->point_grid = GridOf(selected->points, size);
-  for (std::size_t i = 0; i < lines.size(); ++i) {
-    if (!lines[i]) continue;
-    selected->lines.push_back(features.lines[i]);
-    if (features.line_descriptors.empty()) continue;
-    selected->line_descriptors.push_back(features.line_descriptors.row(static_cast<int>(i)));
-  }
   return selected;
 }
 

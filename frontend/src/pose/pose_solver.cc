@@ -210,7 +210,7 @@ class PoseProblem {
     active_planes_ = static_cast<int>(planes_.size());
   }
 
-  int CurrentSupport() const { return Support(active_.points, active_.lines); }
+  int CurrentSupport() const { return Support(active_); }
   int active_points() const { return active_.points; }
   int active_lines() const { return active_.lines; }
   int active_planes() const { return active_planes_; }
@@ -239,8 +239,6 @@ class PoseProblem {
   // Of each observation, the number of its rows that take part; 0 for an outlier.
   template <class Landmark>
   using UsedRows = std::vector<int>;
-  template <class Landmark>
-  using Count = int;
 
   // Cost outside the domain, that of the worst inlier: all rows are in their domain where a round
   // begins. If it were lower, a step past all landmarks would be the best fit.
@@ -269,7 +267,7 @@ class PoseProblem {
   std::span<const PointToPlaneRow> planes_;
   bool pixels_first_ = false;
   PerKind<UsedRows> used_;
-  PerKind<Count> active_{};
+  PerKind<NumOfKind> active_{};
   std::vector<bool> plane_active_;
   int active_planes_ = 0;
 };

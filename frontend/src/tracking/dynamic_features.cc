@@ -1,9 +1,13 @@
 #include "tracking/dynamic_features.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <type_traits>
 #include <vector>
 
+#include "features/feature_kinds.h"
 #include "pose/landmark_motion.h"
 #include "pose/support.h"
 #include "tracking/landmark_observations.h"
@@ -16,20 +20,20 @@ SubmapId SubmapOf(const TrackedFrame& tracked, const Map& map) {
   const auto seen_by = [&](const auto* landmark) {
     return map.keyframe(landmark->observations.front().keyframe)->submap;
   };
-  for (const PointId id : tracked.points) {
-    if (const MapPoint* point = map.Find(id)) return seen_by(point);
-  }
-  for (const LineId id : tracked.lines) {
-    if (const MapLine* line = map.Find(id)) return seen_by(line);
-  }
-  return kFirstSubmap;
+  std::optional<SubmapId> submap;
+  ForEachKind([&]<class Landmark>() {
+    for (const Id<Landmark> id : PartOf<Landmark>(tracked)) {
+      if (submap) return;
+      if (const Landmark* const landmark = map.Find(id)) submap = seen_by(landmark);
+    }
+  });
+  return submap.value_or(kFirstSubmap);
 }
 
-// Returns whether `is_on` holds for one of the ends or the middle of a line.
-template <class IsOn>
-bool Touches(const LineFeature& line, const IsOn& is_on) {
-  const Eigen::Vector2d s = line.segment.s.cast<double>(), e = line.segment.e.cast<double>();
-  return is_on(s) || is_on(e) || is_on(0.5 * (s + e));
+// Returns whether `is_on` holds for one of the pixels that represent a feature.
+template <class Feature, class IsOn>
+bool Touches(const Feature& feature, const IsOn& is_on) {
+  return std::ranges::any_of(PixelsOf(feature), is_on);
 }
 
 // Returns a test of whether a pixel [px] is on a nonzero cell of the mask.
@@ -54,10 +58,10 @@ bool DynamicFeatures::HasMoved(const TrackedFrame& rough, const Map& map,
   };
   const auto moves = On(moving, grid());
   std::vector<PosePoint> judged;
-  int judged_lines = 0;
+  PerKind<NumOfKind> on_surface{};
   TrackedFrame others = Unmatched(rough.frame, rough.T_WC);
-  for (std::size_t i = 0; i < rough.tried_points.size(); ++i) {
-    const MapPoint* point = map.Find(rough.tried_points[i]);
+  for (std::size_t i = 0; i < rough.tried.points.size(); ++i) {
+    const MapPoint* point = map.Find(rough.tried.points[i]);
     if (point == nullptr) continue;
     if (is_on(features.points[i].uv)) {
       judged.push_back(MakePoseObservation(model_, *point, features.points[i]));
@@ -66,16 +70,22 @@ bool DynamicFeatures::HasMoved(const TrackedFrame& rough, const Map& map,
     }
   }
   if (static_cast<int>(judged.size()) < landmarks_.min_points) return false;
-  for (std::size_t i = 0; i < rough.tried_lines.size(); ++i) {
-    if (rough.tried_lines[i] == kNoId) continue;
-    if (Touches(features.lines[i], is_on)) {
-      ++judged_lines;
-    } else if (!Touches(features.lines[i], moves)) {
-      others.lines[i] = rough.tried_lines[i];
+  ForEachKind([&]<class Landmark>() {
+    if constexpr (!std::is_same_v<Landmark, MapPoint>) {
+      const LandmarkIds<Landmark>& tried = PartOf<Landmark>(rough.tried);
+      for (std::size_t i = 0; i < tried.size(); ++i) {
+        if (tried[i] == kNoId) continue;
+        const auto& feature = PartOf<Landmark>(features)[i];
+        if (Touches(feature, is_on)) {
+          ++PartOf<Landmark>(on_surface);
+        } else if (!Touches(feature, moves)) {
+          PartOf<Landmark>(others)[i] = tried[i];
+        }
+      }
     }
-  }
+  });
   const LandmarkObservations seen = LandmarksSeen(model_, map, others);
-  return HaveMoved(rough.T_WC, model_.projection(), judged, judged_lines, seen, landmarks_);
+  return HaveMoved(rough.T_WC, model_.projection(), judged, on_surface.lines, seen, landmarks_);
 }
 
 cv::Mat DynamicFeatures::Find(const TrackedFrame& tracked, const Map& map) const {
@@ -89,14 +99,16 @@ cv::Mat DynamicFeatures::Find(const TrackedFrame& tracked, const Map& map) const
 int DynamicFeatures::SupportBeside(const TrackedFrame& tracked, const cv::Mat& moving) const {
   const FrameFeatures& features = *tracked.frame.features;
   const auto moves = On(moving, grid());
-  int points = 0, lines = 0;
-  for (std::size_t i = 0; i < tracked.points.size(); ++i) {
-    points += tracked.points[i] != kNoId && !moves(features.points[i].uv) ? 1 : 0;
-  }
-  for (std::size_t i = 0; i < tracked.lines.size(); ++i) {
-    lines += tracked.lines[i] != kNoId && !Touches(features.lines[i], moves) ? 1 : 0;
-  }
-  return highwall::Support(points, lines);
+  PerKind<NumOfKind> beside{};
+  ForEachKind([&]<class Landmark>() {
+    const LandmarkIds<Landmark>& landmarks = PartOf<Landmark>(tracked);
+    for (std::size_t i = 0; i < landmarks.size(); ++i) {
+      const bool is_beside =
+          landmarks[i] != kNoId && !Touches(PartOf<Landmark>(features)[i], moves);
+      PartOf<Landmark>(beside) += is_beside ? 1 : 0;
+    }
+  });
+  return highwall::Support(beside);
 }
 
 void DynamicFeatures::MaskOut(TrackedFrame& rough) const {
@@ -104,20 +116,23 @@ void DynamicFeatures::MaskOut(TrackedFrame& rough) const {
   const FrameFeatures& features = *rough.frame.features;
   const cv::Mat aside = WithBorder(rough.moving);
   const auto moves = On(aside, grid());
-  std::vector<bool> points, lines;
-  for (const PointFeature& point : features.points) points.push_back(!moves(point.uv));
-  for (const LineFeature& line : features.lines) lines.push_back(!Touches(line, moves));
-  const auto keep = [](const std::vector<bool>& kept, auto& landmarks) {
+  const auto keep = [](const std::vector<bool>& flags, auto& landmarks) {
     std::size_t n = 0;
-    for (std::size_t i = 0; i < kept.size(); ++i) {
-      if (kept[i]) landmarks[n++] = landmarks[i];
+    for (std::size_t i = 0; i < flags.size(); ++i) {
+      if (flags[i]) landmarks[n++] = landmarks[i];
     }
     landmarks.resize(n);
   };
-  keep(points, rough.points);
-  keep(lines, rough.lines);
+  FeatureFlags kept;
+  ForEachKind([&]<class Landmark>() {
+    std::vector<bool>& flags = PartOf<Landmark>(kept);
+    for (const auto& feature : PartOf<Landmark>(features)) {
+      flags.push_back(!Touches(feature, moves));
+    }
+    keep(flags, PartOf<Landmark>(rough));
+  });
   const PinholeCamera& camera = model_.camera();
-  rough.frame.features = Select(features, points, lines, {camera.width, camera.height});
+  rough.frame.features = Select(features, kept, {camera.width, camera.height});
 }
 
 }  // namespace highwall

@@ -119,10 +119,15 @@ struct FrameFeatures {
 // Returns the grid of the points for FrameFeatures::point_grid. size: of the image.
 FeatureGrid GridOf(const std::vector<PointFeature>& points, const cv::Size& size);
 
-// Returns the features whose flag is set (one flag each), in the same order. size: of the image.
-std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features,
-                                            const std::vector<bool>& points,
-                                            const std::vector<bool>& lines, const cv::Size& size);
+// A flag for each feature of an image.
+struct FeatureFlags {
+  std::vector<bool> points;
+  std::vector<bool> lines;
+};
+
+// Returns the features of all kinds whose flag is set, in the same order. size: of the image.
+std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features, const FeatureFlags& kept,
+                                            const cv::Size& size);
 
 // One image with its features.
 struct Frame {
