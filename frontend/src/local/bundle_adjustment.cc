@@ -16,8 +16,8 @@
 #include <highwall/core/line3.h>
 #include <highwall/core/prior.h>
 #include <highwall/factors/imu_factor.h>
-#include <highwall/frontend/pose/pose_solver.h>
 
+#include "local/landmark_kinds.h"
 #include "map/anchored_cost.h"
 
 namespace highwall {
@@ -27,33 +27,7 @@ namespace {
 // odometry, whose estimate depends on the tilt of the adjusted map, the two would drift together.
 constexpr double kGravitySigma = 0.02;
 constexpr double kOfLinesAlone = 1e4;         // the largest trust region for a map without points
-constexpr double kMinLineLength = 1e-3;       // [m] a shorter segment has no valid direction
 constexpr double kMostForgotten = 1.0 / 3.0;  // of the observations, by one adjustment
-
-// Moves a landmark to its estimate. Returns false if no landmark is left.
-bool MoveTo(const Point& p_W, MapPoint* point) {
-  point->p_W = p_W;
-  return true;
-}
-bool MoveTo(const OrthonormalLine& line_W, MapLine* line) {
-  line->segment_W = TrimTo(line_W.Plucker(), line->segment_W);
-  // A line that has rotated across its old ends has no length between them.
-  return line->segment_W.Length() >= kMinLineLength;
-}
-
-// Whether a landmark is inside the domain of its factor.
-bool IsInDomain(const Point& p_W, const PointFeature&, const Pose& T_CW,
-                const RgbdProjection& projection) {
-  const Eigen::Vector3d p_C = T_CW * p_W;
-  return p_C.z() >= projection.min_depth();
-}
-bool IsInDomain(const OrthonormalLine& line_W, const LineFeature& feature, const Pose& T_CW,
-                const RgbdProjection& projection) {
-  const PluckerLine line_C = T_CW * line_W.Plucker();
-  return TrimToObservation(line_C, feature.segment.s.cast<double>(),
-                           feature.segment.e.cast<double>(), projection)
-      .has_value();
-}
 
 }  // namespace
 
@@ -107,8 +81,7 @@ class BundleAdjuster::Problem {
         options_(options),
         threads_(threads),
         T_CB_(model.T_BC().Inverse()),
-        losses_{std::make_shared<ceres::HuberLoss>(options.point_huber),
-                std::make_shared<ceres::HuberLoss>(options.line_huber)} {}
+        losses_(LossesOf(options)) {}
 
   void AddKeyFrames(const Map& map, std::span<const KeyFrameId> ids, bool fixed) {
     for (const KeyFrameId id : ids) {
@@ -245,6 +218,15 @@ class BundleAdjuster::Problem {
       std::unordered_map<Id<Landmark>, Variable<typename LandmarkTraits<Landmark>::VariableType>>;
   template <class Landmark>
   using Loss = std::shared_ptr<ceres::LossFunction>;
+
+  static PerKind<Loss> LossesOf(const BundleAdjustmentOptions& options) {
+    PerKind<Loss> losses;
+    ForEachKind([&]<class Landmark>() {
+      PartOf<Landmark>(losses) =
+          std::make_shared<ceres::HuberLoss>(HuberThreshold<Landmark>(options));
+    });
+    return losses;
+  }
 
   // Solves, without those user factors that turn out not to be evaluable.
   SolveSummary Improve(int iterations, const std::atomic<bool>* stopped) {

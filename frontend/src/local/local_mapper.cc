@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stop_token>
+#include <type_traits>
 #include <utility>
 
 #include <highwall/core/error.h>
@@ -11,8 +12,10 @@
 
 #include "local/depthless_lines.h"
 #include "local/depthless_points.h"
+#include "local/landmark_kinds.h"
 #include "map/covisibility.h"
 #include "map/landmark_fusion.h"
+#include "pose/support.h"
 #include "tracking/dynamic_objects.h"
 
 namespace highwall {
@@ -28,8 +31,6 @@ constexpr double kRedundantShare = 0.9;
 // than this, since a shorter IMU factor is more accurate. An older one is culled, and the IMU
 // factor with it.
 constexpr double kMaxMotionGap = 1.0;
-// Relative to its depth: a less certain corner creates no landmark.
-constexpr double kMaxDepthSigma = 0.03;
 
 // Returns whether without `keyframe` the IMU factor of its successor `next` would span more than
 // max_gap [s] or be missing.
@@ -52,15 +53,6 @@ void AppendLandmarks(const KeyFrame& keyframe, PerKind<LandmarkIds>* all) {
     LandmarkIds<Landmark>& ids = PartOf<Landmark>(*all);
     ids.insert(ids.end(), own.begin(), own.end());
   });
-}
-
-// Gives a new line the descriptor of feature `index`. RefreshPoints() selects that of a point.
-template <class Landmark>
-void TakeDescriptor(const FrameFeatures&, int, Landmark*) {}
-void TakeDescriptor(const FrameFeatures& features, int index, MapLine* line) {
-  if (features.line_descriptors.empty()) return;
-  line->descriptor = DescriptorRow(features.line_descriptors, index);
-  line->has_descriptor = true;
 }
 
 // Returns how many keyframes were created from one to the other.
@@ -129,8 +121,11 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
     for (const Id<Landmark> id : PartOf<Landmark>(tracked)) map.Observe(keyframe.id, index++, id);
   });
   CullUnseen(left, map);  // only now: this keyframe may observe them
-  report.culled_points = CullRecent<MapPoint>(keyframe.id, map);
-  report.culled_lines = CullRecent<MapLine>(keyframe.id, map);
+  PerKind<NumOfKind> culled{};
+  ForEachKind(
+      [&]<class Landmark>() { PartOf<Landmark>(culled) = CullRecent<Landmark>(keyframe.id, map); });
+  report.culled_points = culled.points;
+  report.culled_lines = culled.lines;
   FuseNeighbours(keyframe.id, map, report);
   CreateLandmarks(keyframe, tracked.num_points < parameters_.triangulation.scarce_points, map,
                   report);
@@ -172,23 +167,38 @@ void LocalMapper::Drop() {
 
 void LocalMapper::CreateLandmarks(const KeyFrame& keyframe, bool scarce_points, Map& map,
                                   LocalMappingReport& report) {
+  PerKind<NumOfKind> from_depth{}, triangulated{};
+  ForEachKind([&]<class Landmark>() {
+    PartOf<Landmark>(from_depth) = CreateFromDepth<Landmark>(keyframe, map);
+    PartOf<Landmark>(triangulated) =
+        CreateFrom(FindDepthless<Landmark>(keyframe.id, scarce_points, map), keyframe, map);
+  });
+  report.new_points = from_depth.points;
+  report.new_lines = from_depth.lines;
+  report.triangulated_points = triangulated.points;
+  report.triangulated_lines = triangulated.lines;
+}
+
+template <class Landmark>
+std::vector<Depthless<Landmark>> LocalMapper::FindDepthless(KeyFrameId id, bool scarce_points,
+                                                            const Map& map) const {
   // New landmarks change which keyframes are neighbours.
   const auto neighbours = [&] {
-    return Neighbours(map, keyframe.id, kSharedToSearch, parameters_.triangulation.keyframes);
+    return Neighbours(map, id, kSharedToSearch, parameters_.triangulation.keyframes);
   };
-  report.new_points = CreateFromDepth<MapPoint>(keyframe, map);
-  report.triangulated_points =
-      CreateFrom(FindDepthlessPoints(model_, map, keyframe.id, neighbours(),
-                                     parameters_.triangulation, parameters_.bundle.inliers),
-                 keyframe, map);
-  report.new_lines = CreateFromDepth<MapLine>(keyframe, map);
-  if (!scarce_points) return;
-  auto lines = FindDepthlessLines(model_, map, keyframe.id, neighbours(), parameters_.triangulation,
-                                  parameters_.bundle.inliers);
-  std::erase_if(lines, [&](const Depthless<MapLine>& line) {
-    return line.geometry_W.Length() < parameters_.min_line_length;
-  });
-  report.triangulated_lines = CreateFrom(lines, keyframe, map);
+  std::vector<Depthless<Landmark>> found;
+  if constexpr (std::is_same_v<Landmark, MapPoint>) {
+    found = FindDepthlessPoints(model_, map, id, neighbours(), parameters_.triangulation,
+                                parameters_.bundle.inliers);
+  } else if constexpr (std::is_same_v<Landmark, MapLine>) {
+    if (!scarce_points) return {};
+    found = FindDepthlessLines(model_, map, id, neighbours(), parameters_.triangulation,
+                               parameters_.bundle.inliers);
+    std::erase_if(found, [&](const Depthless<MapLine>& line) {
+      return line.geometry_W.Length() < parameters_.min_line_length;
+    });
+  }
+  return found;
 }
 
 template <class Landmark>
@@ -197,7 +207,7 @@ int LocalMapper::CreateFromDepth(const KeyFrame& keyframe, Map& map) {
   int created = 0;
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (PartOf<Landmark>(keyframe)[i] != kNoId) continue;
-    const auto geometry_C = FromDepth(features[i]);
+    const auto geometry_C = FromDepth(features[i], model_.camera(), parameters_.min_line_length);
     if (!geometry_C) continue;
     const Observation observation{keyframe.id, static_cast<int>(i)};
     Create<Landmark>(keyframe.T_WC * *geometry_C, {&observation, 1}, keyframe, map);
@@ -223,18 +233,6 @@ void LocalMapper::Create(const typename LandmarkTraits<Landmark>::Geometry& geom
   TakeDescriptor(*keyframe.frame.features, observations.front().index, &landmark);
   for (const Observation& o : observations) map.Observe(o.keyframe, o.index, landmark.id);
   PartOf<Landmark>(recent_).emplace_back(landmark.id, keyframe.id);
-}
-
-std::optional<Eigen::Vector3d> LocalMapper::FromDepth(const PointFeature& feature) const {
-  if (!HasSoundDepth(feature, kMaxDepthSigma)) return std::nullopt;
-  return model_.camera().Unproject(feature.uv, feature.depth);
-}
-
-std::optional<Segment3> LocalMapper::FromDepth(const LineFeature& feature) const {
-  if (!feature.segment_C) return std::nullopt;
-  const Segment3 segment_C(feature.segment_C->p_C, feature.segment_C->q_C);
-  if (segment_C.Length() < parameters_.min_line_length) return std::nullopt;
-  return segment_C;
 }
 
 void LocalMapper::FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const {

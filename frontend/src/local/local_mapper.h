@@ -79,16 +79,17 @@ class LocalMapper final : public MapStage {
   // Creates landmarks of one kind from depth. Returns their number, as do the following.
   template <class Landmark>
   int CreateFromDepth(const KeyFrame& keyframe, Map& map);
-  // Creates landmarks triangulated from features without depth.
+  // Triangulates features of a keyframe without depth: points, and lines if points are scarce.
+  template <class Landmark>
+  std::vector<Depthless<Landmark>> FindDepthless(KeyFrameId id, bool scarce_points,
+                                                 const Map& map) const;
+  // Creates landmarks from them.
   template <class Landmark>
   int CreateFrom(const std::vector<Depthless<Landmark>>& found, const KeyFrame& keyframe, Map& map);
   // observations: that of the keyframe first.
   template <class Landmark>
   void Create(const typename LandmarkTraits<Landmark>::Geometry& geometry_W,
               std::span<const Observation> observations, const KeyFrame& keyframe, Map& map);
-  // Returns where the landmark of a feature is, in C; empty if its depth does not suffice.
-  std::optional<Eigen::Vector3d> FromDepth(const PointFeature& feature) const;
-  std::optional<Segment3> FromDepth(const LineFeature& feature) const;
   // Fuses landmarks of neighbouring keyframes that match features of this one but were not tracked.
   void FuseNeighbours(KeyFrameId id, Map& map, LocalMappingReport& report) const;
   // Removes landmarks on probation that fail. Returns their number.
