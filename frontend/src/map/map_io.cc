@@ -46,6 +46,21 @@ constexpr std::uint32_t kFirstWithMotions = 6;
 // Magic, version, CRC-32 of the content, bytes of the content.
 constexpr std::size_t kHeaderSize = 8 + 4 + 4 + 8;
 
+// How a kind of landmark is stored: the bytes that a feature and a landmark take at least, and the
+// descriptors of its features.
+template <class Landmark>
+struct Stored;
+template <>
+struct Stored<MapPoint> {
+  static constexpr std::size_t kFeatureBytes = 40, kLandmarkBytes = 100;
+  static constexpr auto kDescriptors = &FrameFeatures::point_descriptors;
+};
+template <>
+struct Stored<MapLine> {
+  static constexpr std::size_t kFeatureBytes = 17, kLandmarkBytes = 90;
+  static constexpr auto kDescriptors = &FrameFeatures::line_descriptors;
+};
+
 // Bounds of plausible values.
 constexpr int kLargestImage = 1 << 14;                   // [px]
 constexpr int kMostOctaves = 16;                         // PyramidOptions::levels
@@ -211,46 +226,57 @@ cv::Mat ReadDescriptors(MapReader& reader) {
   return descriptors;
 }
 
+void WriteFeature(MapWriter& writer, const PointFeature& point) {
+  Fields(writer, point);
+}
+
+void WriteFeature(MapWriter& writer, const LineFeature& line) {
+  Doubles(writer, line.segment.s);
+  Doubles(writer, line.segment.e);
+  writer(line.segment_C.has_value());
+  if (line.segment_C) Fields(writer, *line.segment_C);
+}
+
+void ReadFeature(MapReader& reader, PointFeature& point) {
+  Fields(reader, point);
+}
+
+void ReadFeature(MapReader& reader, LineFeature& line) {
+  Doubles(reader, line.segment.s);
+  Doubles(reader, line.segment.e);
+  bool has_depth = false;
+  reader(has_depth);
+  if (has_depth) Fields(reader, line.segment_C.emplace());
+}
+
 void WriteFeatures(MapWriter& writer, const FrameFeatures& features) {
-  writer(static_cast<std::uint32_t>(features.points.size()));
-  for (const PointFeature& point : features.points) Fields(writer, point);
-  WriteDescriptors(writer, features.point_descriptors);
-  writer(static_cast<std::uint32_t>(features.lines.size()));
-  for (const LineFeature& line : features.lines) {
-    Doubles(writer, line.segment.s);
-    Doubles(writer, line.segment.e);
-    writer(line.segment_C.has_value());
-    if (line.segment_C) Fields(writer, *line.segment_C);
-  }
-  WriteDescriptors(writer, features.line_descriptors);
+  ForEachKind([&]<class Landmark>() {
+    const auto& list = PartOf<Landmark>(features);
+    writer(static_cast<std::uint32_t>(list.size()));
+    for (const auto& feature : list) WriteFeature(writer, feature);
+    WriteDescriptors(writer, features.*Stored<Landmark>::kDescriptors);
+  });
 }
 
 std::shared_ptr<FrameFeatures> ReadFeatures(MapReader& reader, const PinholeCamera& camera) {
   auto features = std::make_shared<FrameFeatures>();
-  for (std::uint32_t i = reader.Count(40); i > 0; --i) {
-    PointFeature& point = features->points.emplace_back();
-    Fields(reader, point);
-    Check(reader, point);
-  }
-  features->point_descriptors = ReadDescriptors(reader);
+  ForEachKind([&]<class Landmark>() {
+    auto& list = PartOf<Landmark>(*features);
+    for (std::uint32_t i = reader.Count(Stored<Landmark>::kFeatureBytes); i > 0; --i) {
+      auto& feature = list.emplace_back();
+      ReadFeature(reader, feature);
+      Check(reader, feature);
+    }
+    (*features).*Stored<Landmark>::kDescriptors = ReadDescriptors(reader);
+  });
   features->point_grid = GridOf(features->points, {camera.width, camera.height});
-  for (std::uint32_t i = reader.Count(17); i > 0; --i) {
-    LineFeature& line = features->lines.emplace_back();
-    Doubles(reader, line.segment.s);
-    Doubles(reader, line.segment.e);
-    bool has_depth = false;
-    reader(has_depth);
-    if (has_depth) Fields(reader, line.segment_C.emplace());
-    Check(reader, line);
-  }
-  features->line_descriptors = ReadDescriptors(reader);
-  const auto fits = [](const cv::Mat& descriptors, std::size_t count) {
-    return descriptors.empty() || static_cast<std::size_t>(descriptors.rows) == count;
-  };
-  reader.Require(fits(features->point_descriptors, features->points.size()) &&
-                     features->point_descriptors.empty() == features->points.empty() &&
-                     fits(features->line_descriptors, features->lines.size()),
-                 "there is not one descriptor a feature");
+  bool fits = features->point_descriptors.empty() == features->points.empty();
+  ForEachKind([&]<class Landmark>() {
+    const cv::Mat& descriptors = (*features).*Stored<Landmark>::kDescriptors;
+    fits = fits && (descriptors.empty() || static_cast<std::size_t>(descriptors.rows) ==
+                                               PartOf<Landmark>(*features).size());
+  });
+  reader.Require(fits, "there is not one descriptor a feature");
   return features;
 }
 
@@ -287,11 +313,12 @@ void WriteNoise(MapWriter& writer, const FrameFeatures& features) {
     writer(feature.noise.px);
     writer(feature.noise.depth);
   };
-  for (const PointFeature& point : features.points) {
-    write(point);
-    writer(point.refined);
-  }
-  for (const LineFeature& line : features.lines) write(line);
+  ForEachKind([&]<class Landmark>() {
+    for (const auto& feature : PartOf<Landmark>(features)) {
+      write(feature);
+      if constexpr (std::is_same_v<Landmark, MapPoint>) writer(feature.refined);
+    }
+  });
 }
 
 void ReadNoise(MapReader& reader, bool tells_refined, FrameFeatures& features) {
@@ -304,11 +331,14 @@ void ReadNoise(MapReader& reader, bool tells_refined, FrameFeatures& features) {
     reader.Require(is_factor(feature.noise.px) && is_factor(feature.noise.depth),
                    "a feature's noise is none");
   };
-  for (PointFeature& point : features.points) {
-    read(point);
-    if (tells_refined) reader(point.refined);
-  }
-  for (LineFeature& line : features.lines) read(line);
+  ForEachKind([&]<class Landmark>() {
+    for (auto& feature : PartOf<Landmark>(features)) {
+      read(feature);
+      if constexpr (std::is_same_v<Landmark, MapPoint>) {
+        if (tells_refined) reader(feature.refined);
+      }
+    }
+  });
 }
 
 template <class Landmark>
@@ -349,14 +379,6 @@ void ReadLandmark(MapReader& reader, Map& map) {
                    "an observation of a landmark has no keyframe or occurs twice");
   }
 }
-
-// Bytes that a landmark takes at least.
-template <class Landmark>
-constexpr std::size_t kLandmarkBytes = 0;
-template <>
-constexpr std::size_t kLandmarkBytes<MapPoint> = 100;
-template <>
-constexpr std::size_t kLandmarkBytes<MapLine> = 90;
 
 // Writes the submaps that have keyframes, in their order; each is identified by its rank.
 std::map<SubmapId, std::int32_t> WriteSubmaps(MapWriter& writer, const Map& map) {
@@ -453,7 +475,7 @@ SavedMap Decode(MapReader& reader, std::uint32_t version) {
                    "a submap is joined with one that has no keyframe");
   }
   ForEachKind([&]<class Landmark>() {
-    for (std::uint32_t i = reader.Count(kLandmarkBytes<Landmark>); i > 0; --i) {
+    for (std::uint32_t i = reader.Count(Stored<Landmark>::kLandmarkBytes); i > 0; --i) {
       ReadLandmark<Landmark>(reader, map);
     }
   });
