@@ -90,12 +90,13 @@ NoiseFactors NoiseEstimator::FactorsOf(const LineFeature& feature) const {
 
 std::shared_ptr<const FrameFeatures> NoiseEstimator::Apply(const FrameFeatures& features) const {
   auto known = std::make_shared<FrameFeatures>(features);
+  ForEachKind([&]<class Landmark>() {
+    for (auto& feature : PartOf<Landmark>(*known)) feature.noise = FactorsOf(feature);
+  });
   for (PointFeature& point : known->points) {
-    point.noise = FactorsOf(point);
     point.refined_noise_px =
         static_cast<float>(estimate_.refined_px[static_cast<std::size_t>(point.octave)]);
   }
-  for (LineFeature& line : known->lines) line.noise = FactorsOf(line);
   return known;
 }
 
