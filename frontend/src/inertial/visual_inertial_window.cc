@@ -42,6 +42,18 @@ SlidingWindowOptions SmootherOptions(const InertialOptions& options,
   return smoother;
 }
 
+// Returns the maximum number of landmarks of one image.
+template <class Landmark>
+int MostOf(const TightWindowOptions& options) = delete;
+template <>
+int MostOf<MapPoint>(const TightWindowOptions& options) {
+  return options.max_points;
+}
+template <>
+int MostOf<MapLine>(const TightWindowOptions& options) {
+  return options.max_lines;
+}
+
 }  // namespace
 
 std::optional<VisualInertialWindow> VisualInertialWindow::Make(const ImuCalibration& calibration,
@@ -139,8 +151,11 @@ std::string VisualInertialWindow::TryAdd(const Step& step, const std::stop_token
   AddImuFactor(last_, after, step);
   if (step.seen != nullptr) {
     const ImageObservation observation{step, after, LossOf(*step.seen)};
-    Observe<MapPoint>(observation, options_.tight.max_points);
-    Observe<MapLine>(observation, options_.tight.max_lines);
+    ForEachKind([&]<class Landmark>() {
+      if constexpr (LandmarkTraits<Landmark>::kInInertialWindow) {
+        Observe<Landmark>(observation, MostOf<Landmark>(options_.tight));
+      }
+    });
   }
   const State before = std::exchange(last_, after);
   const UpdateReport report = smoother_.Update(QueriedVariables());

@@ -72,7 +72,8 @@ struct MapLine {
 //   PartOf(holder): the member about this kind of any structure with one member for each kind, such
 //     as `points` of KeyFrame, of FrameFeatures and of PerKind,
 //   Rotate(R, landmark): rotates what has a direction besides the geometry,
-//   Shift(by_W, landmark): moves it by a vector [m].
+//   Shift(by_W, landmark): moves it by a vector [m],
+//   kInInertialWindow: whether the tightly coupled smoother of InertialOdometry observes it.
 template <class Landmark>
 struct LandmarkTraits;
 
@@ -82,6 +83,7 @@ struct LandmarkTraits<MapPoint> {
   using Geometry = Eigen::Vector3d;  // [m]
   using VariableType = Eigen::Vector3d;
   using Feature = PointFeature;
+  static constexpr bool kInInertialWindow = true;
 
   template <class AnyPoint>
   static auto& PositionOf(AnyPoint& point) {
@@ -105,6 +107,7 @@ struct LandmarkTraits<MapLine> {
   using Geometry = Segment3;  // [m]
   using VariableType = OrthonormalLine;
   using Feature = LineFeature;
+  static constexpr bool kInInertialWindow = true;
 
   template <class AnyLine>
   static auto& PositionOf(AnyLine& line) {
