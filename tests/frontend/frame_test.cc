@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -221,6 +222,30 @@ TEST(FrameBuilder, BlankImageHasNoFeatures) {
 }
 
 // In pure noise FAST finds corners down to the noise level: each is marked as possibly noise.
+TEST(FrameFeatures, SelectKeepsTheFlaggedFeaturesOfAllKindsInOrder) {
+  FrameFeatures features;
+  features.points.resize(3);
+  features.lines.resize(3);
+  features.point_descriptors = cv::Mat(3, 32, CV_8U);
+  for (int i = 0; i < 3; ++i) {
+    features.points[static_cast<std::size_t>(i)].octave = i;
+    features.lines[static_cast<std::size_t>(i)].noise.px = static_cast<float>(i);
+    features.point_descriptors.row(i).setTo(i);
+  }
+  features.sharpness = 7.0;
+  const auto selected =
+      Select(features, {{true, false, true}, {false, true, true}}, cv::Size(320, 240));
+  ASSERT_EQ(selected->points.size(), 2U);
+  ASSERT_EQ(selected->lines.size(), 2U);
+  EXPECT_EQ(selected->points[1].octave, 2);
+  EXPECT_EQ(selected->lines[0].noise.px, 1.0F);
+  EXPECT_EQ(selected->point_descriptors.rows, 2);
+  EXPECT_EQ(selected->point_descriptors.at<std::uint8_t>(1, 0), 2);
+  EXPECT_TRUE(selected->line_descriptors.empty());
+  EXPECT_EQ(selected->point_grid.size(), 2U);
+  EXPECT_EQ(selected->sharpness, 7.0);
+}
+
 TEST(FrameBuilder, CornersOfNoiseHaveLowContrast) {
   const RgbdSensor sensor = SmallSensor();
   const cv::Size size(sensor.camera.width, sensor.camera.height);

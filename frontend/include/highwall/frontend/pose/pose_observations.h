@@ -69,10 +69,12 @@ struct PoseLine {
 // The form in which SolvePose takes a kind of landmark.
 template <class Landmark>
 struct PoseTraits;
+// Points.
 template <>
 struct PoseTraits<MapPoint> {
   using Observation = PosePoint;
 };
+// Lines.
 template <>
 struct PoseTraits<MapLine> {
   using Observation = PoseLine;
@@ -84,10 +86,11 @@ using PoseObservations = std::vector<typename PoseTraits<Landmark>::Observation>
 // Returns a landmark and its feature in the form used by SolvePose.
 PosePoint MakePoseObservation(const MeasurementModel& model, const MapPoint& point,
                               const PointFeature& feature);
-// T_WC: rough pose of the camera, which determines the part of the map line that the feature
-// observes. Empty if that part is not in front of the camera; never empty for a point.
+// The same as for a line; never empty, and T_WC has no effect.
 std::optional<PosePoint> MakePoseObservation(const MeasurementModel& model, const MapPoint& point,
                                              const PointFeature& feature, const Pose& T_WC);
+// The same for a line. T_WC: rough pose of the camera, which determines the part of the map line
+// that the feature observes. Empty if that part is not in front of the camera.
 std::optional<PoseLine> MakePoseObservation(const MeasurementModel& model, const MapLine& line,
                                             const LineFeature& feature, const Pose& T_WC);
 
