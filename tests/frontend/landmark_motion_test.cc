@@ -16,6 +16,12 @@ using testing::RandomDescriptor;
 using testing::Scene;
 using testing::UniformInBox;
 
+PerKind<PoseObservations> Of(const std::vector<PosePoint>& points) {
+  PerKind<PoseObservations> seen;
+  seen.points = points;
+  return seen;
+}
+
 // A wall far away and, in front of it, a panel with marks, which has moved since it was mapped.
 class LandmarkMotion : public ::testing::Test {
  protected:
@@ -26,7 +32,7 @@ class LandmarkMotion : public ::testing::Test {
     panel = See(rng, {-0.3, -0.4, 1.0}, {0.1, 0.4, 1.05}, marks, moved, shift);
   }
   bool Moved(const LandmarkMotionOptions& options = {}) const {
-    return HaveMoved(Pose(), model.projection(), panel, lines, {wall, {}}, options);
+    return HaveMoved(Pose(), model.projection(), panel, lines, Of(wall), options);
   }
 
   const MeasurementModel model{IdealSensor(), {.point_sigma = 1.0}};  // that of the noise
@@ -72,7 +78,7 @@ TEST_F(LandmarkMotion, ThePoseOfAllTogetherWouldFollowThem) {
   Look({0.02, 0, 0}, 60, 60);
   std::vector<PosePoint> all = wall;
   all.insert(all.end(), panel.begin(), panel.end());
-  const auto together = SolvePose(Pose(), model.projection(), {all, {}});
+  const auto together = SolvePose(Pose(), model.projection(), Of(all));
   ASSERT_TRUE(together);
   EXPECT_GT(PositionError(together->T_WC, Pose()), 0.01);
   EXPECT_TRUE(Moved({.outnumber = 0.5}));

@@ -90,7 +90,10 @@ class NoiseOfAMap {
     const auto error = [&](const PerKind<PoseObservations>& used) {
       return PositionError(SolvePose(T_WC, model_.projection(), used, options).value().T_WC, T_WC);
     };
-    return {error({seen.points, {}}), error({{}, seen.lines}), error(seen)};
+    PerKind<PoseObservations> points, lines;
+    points.points = seen.points;
+    lines.lines = seen.lines;
+    return {error(points), error(lines), error(seen)};
   }
 
   // Returns the root mean square over 200 views.

@@ -27,20 +27,20 @@ class Odometry {
   std::optional<highwall::Pose> AddImage(highwall::Stamp stamp, std::vector<TrackedPoint> seen) {
     using namespace highwall;
     std::erase_if(landmarks_, [this](const auto& l) { return !smoother_.Contains(l.second); });
-    std::vector<PosePoint> known;
+    PerKind<PoseObservations> known;
     std::vector<TrackedPoint*> matched;
     for (TrackedPoint& o : seen) {
       o.feature.depth_sigma = model_.depth_noise().Sigma(o.feature.depth);
       if (!landmarks_.contains(o.landmark)) continue;
-      known.push_back({smoother_.Value(landmarks_.at(o.landmark)), model_.Rows(o.feature),
-                       MeasurementModel::Dimension(o.feature)});
+      known.points.push_back({smoother_.Value(landmarks_.at(o.landmark)), model_.Rows(o.feature),
+                              MeasurementModel::Dimension(o.feature)});
       matched.push_back(&o);
     }
     if (started_) {
-      const auto solution = SolvePose(T_WC_, model_.projection(), {known, {}});
+      const auto solution = SolvePose(T_WC_, model_.projection(), known);
       if (!solution) return std::nullopt;
       T_WC_ = solution->T_WC;
-      for (std::size_t i = 0; i < known.size(); ++i) {
+      for (std::size_t i = 0; i < known.points.size(); ++i) {
         if (!solution->inliers.points[i]) matched[i]->landmark = -1;
       }
     }

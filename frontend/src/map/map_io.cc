@@ -226,8 +226,9 @@ cv::Mat ReadDescriptors(MapReader& reader) {
   return descriptors;
 }
 
-void WriteFeature(MapWriter& writer, const PointFeature& point) {
-  Fields(writer, point);
+template <class Feature>
+void WriteFeature(MapWriter& writer, const Feature& feature) {
+  Fields(writer, feature);
 }
 
 void WriteFeature(MapWriter& writer, const LineFeature& line) {
@@ -237,8 +238,9 @@ void WriteFeature(MapWriter& writer, const LineFeature& line) {
   if (line.segment_C) Fields(writer, *line.segment_C);
 }
 
-void ReadFeature(MapReader& reader, PointFeature& point) {
-  Fields(reader, point);
+template <class Feature>
+void ReadFeature(MapReader& reader, Feature& feature) {
+  Fields(reader, feature);
 }
 
 void ReadFeature(MapReader& reader, LineFeature& line) {
