@@ -1,17 +1,19 @@
 #include <pybind11/eigen.h>
 #include <pybind11/stl.h>
 
+#include <highwall/core/error.h>
 #include <highwall/factors/camera_pose.h>
 #include <highwall/factors/depth_noise.h>
-#include <highwall/factors/extrinsic_reprojection.h>
+#include <highwall/factors/extrinsic_factor.h>
 #include <highwall/factors/line_reprojection.h>
 #include <highwall/factors/point_in_frame.h>
 #include <highwall/factors/point_reprojection.h>
 #include <highwall/factors/point_to_plane.h>
 #include <highwall/factors/scaled_motion.h>
-#include <highwall/factors/time_offset_reprojection.h>
+#include <highwall/factors/time_offset_factor.h>
 
 #include "bindings.h"
+#include "cost_function.h"
 
 namespace highwall::python {
 namespace {
@@ -22,6 +24,14 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 template <class Factor>
 auto FactorClass(py::module_& module, const char* name, const char* documentation) {
   return py::class_<Factor, CostFunction, std::shared_ptr<Factor>>(module, name, documentation);
+}
+
+// The factor that a factor of Highwall wraps. One written in Python needs its object, which C++
+// does not keep alive there.
+std::shared_ptr<const CostFunction> Wrapped(const std::shared_ptr<CostFunction>& seen) {
+  HIGHWALL_REQUIRE(!std::dynamic_pointer_cast<PythonFactor>(seen),
+                   "a factor written in Python cannot be wrapped: give it the variable itself");
+  return seen;
 }
 
 void BindNoise(py::module_& module) {
@@ -64,26 +74,6 @@ void BindPoints(py::module_& module) {
                                      "The same with disparity, 3 rows.")
       .def(py::init<const Eigen::Vector3d&, const Eigen::Matrix3d&, const RgbdProjection&>(),
            py::arg("uvd"), py::arg("sqrt_information"), py::arg("projection"));
-  FactorClass<PointReprojectionExtrinsics>(module, "PointReprojectionExtrinsics",
-                                           "Of T_WB, p_W and T_BC, 2 rows.")
-      .def(py::init<const Eigen::Vector2d&, const Eigen::Matrix2d&, const RgbdProjection&>(),
-           py::arg("uv"), py::arg("sqrt_information"), py::arg("projection"));
-  FactorClass<PointReprojectionRgbdExtrinsics>(module, "PointReprojectionRgbdExtrinsics",
-                                               "Of T_WB, p_W and T_BC, 3 rows.")
-      .def(py::init<const Eigen::Vector3d&, const Eigen::Matrix3d&, const RgbdProjection&>(),
-           py::arg("uvd"), py::arg("sqrt_information"), py::arg("projection"));
-  FactorClass<PointReprojectionTimeOffset>(module, "PointReprojectionTimeOffset",
-                                           "Of T_WB, p_W and the time offset t_d [s], 2 rows.")
-      .def(py::init<const Eigen::Vector2d&, const Eigen::Vector2d&, const Eigen::Matrix2d&,
-                    const RgbdProjection&, double>(),
-           py::arg("uv"), py::arg("velocity"), py::arg("sqrt_information"), py::arg("projection"),
-           py::arg("t_d_state") = 0.0);
-  FactorClass<PointReprojectionRgbdTimeOffset>(module, "PointReprojectionRgbdTimeOffset",
-                                               "Of T_WB, p_W and the time offset t_d [s], 3 rows.")
-      .def(py::init<const Eigen::Vector3d&, const Eigen::Vector3d&, const Eigen::Matrix3d&,
-                    const RgbdProjection&, double>(),
-           py::arg("uvd"), py::arg("velocity"), py::arg("sqrt_information"), py::arg("projection"),
-           py::arg("t_d_state") = 0.0);
 }
 
 void BindLineFactors(py::module_& module) {
@@ -120,6 +110,24 @@ void BindLineFactors(py::module_& module) {
            }),
            py::arg("s"), py::arg("e"), py::arg("projection"), py::arg("noise") = SegmentNoise{},
            py::arg("weighting") = Weighting::kCovariance);
+}
+
+void BindCalibration(py::module_& module) {
+  FactorClass<ExtrinsicFactor>(module, "ExtrinsicFactor",
+                               "Of the values of `seen`, a factor on the pose of a camera that is "
+                               "its own body, with T_WB in its place, and last T_BC.")
+      .def(py::init([](const std::shared_ptr<CostFunction>& seen) {
+             return std::make_shared<ExtrinsicFactor>(Wrapped(seen));
+           }),
+           py::arg("seen"));
+  FactorClass<TimeOffsetFactor>(module, "TimeOffsetFactor",
+                                "Of the values of `seen`, a factor on T_WB, and last the time "
+                                "offset t_d [s], by which the body moves on.")
+      .def(py::init([](const std::shared_ptr<CostFunction>& seen, const Eigen::Vector3d& v_WB,
+                       const Eigen::Vector3d& omega_B, double t_d_state) {
+             return std::make_shared<TimeOffsetFactor>(Wrapped(seen), v_WB, omega_B, t_d_state);
+           }),
+           py::arg("seen"), py::arg("v_WB"), py::arg("omega_B"), py::arg("t_d_state") = 0.0);
 }
 
 void BindPoses(py::module_& module) {
@@ -160,6 +168,7 @@ void BindVisualFactors(py::module_& module) {
       .def_readwrite("disparity_e", &SegmentNoise::disparity_e);
   BindPoints(module);
   BindLineFactors(module);
+  BindCalibration(module);
   BindPoses(module);
 }
 

@@ -9,13 +9,11 @@
 #include <highwall/core/manifolds.h>
 #include <highwall/core/pose.h>
 #include <highwall/factors/camera_pose.h>
-#include <highwall/factors/extrinsic_reprojection.h>
 #include <highwall/factors/imu_factor.h>
 #include <highwall/factors/line_reprojection.h>
 #include <highwall/factors/point_reprojection.h>
 #include <highwall/factors/point_to_plane.h>
 #include <highwall/factors/scaled_motion.h>
-#include <highwall/factors/time_offset_reprojection.h>
 #include <highwall/factors/zero_velocity.h>
 
 #include "support/can_add.h"
@@ -53,10 +51,6 @@ TEST(VariableTypes, ALineFactorTakesTheLineOfItsOwnFormOnly) {
 }
 
 TEST(VariableTypes, CalibrationAndMotionFactorsTakeTheirOwnOnly) {
-  static_assert(kTakes<PointReprojectionExtrinsics, Pose, Point, Pose>);
-  static_assert(!kTakes<PointReprojectionExtrinsics, Pose, UnitDirection, Pose>);
-  static_assert(kTakes<PointReprojectionRgbdTimeOffset, Pose, Point, double>);
-  static_assert(!kTakes<PointReprojectionRgbdTimeOffset, Pose, Point>);
   static_assert(kTakes<CameraPose, Pose, Velocity, double>);
   static_assert(!kTakes<CameraPose, Pose, UnitDirection, double>);
   static_assert(kTakes<PointToPlane, Pose, Pose>);

@@ -39,10 +39,10 @@ def factors():
     yield hw.PointInFrame([0.1, 0.2, 2], np.eye(3)), (T_1, POINT)
     yield hw.PointReprojection([300, 200], np.eye(2), PROJECTION), (T_1, POINT)
     yield hw.PointReprojectionRgbd([300, 200, 14], np.eye(3), PROJECTION), (T_1, POINT)
-    yield hw.PointReprojectionExtrinsics([300, 200], np.eye(2), PROJECTION), (T_1, POINT, SMALL)
-    yield hw.PointReprojectionRgbdExtrinsics([300, 200, 14], np.eye(3), PROJECTION), (T_1, POINT, SMALL)
-    yield hw.PointReprojectionTimeOffset([300, 200], [9, -5], np.eye(2), PROJECTION), (T_1, POINT, 0.01)
-    yield hw.PointReprojectionRgbdTimeOffset([300, 200, 14], [9, -5, 1], np.eye(3), PROJECTION), (T_1, POINT, 0.01)
+    of_camera = hw.PointReprojectionRgbd([300, 200, 14], np.eye(3), hw.RgbdProjection(CAMERA))
+    yield hw.ExtrinsicFactor(of_camera), (T_1, POINT, SMALL)
+    of_body = hw.PointReprojectionRgbd([300, 200, 14], np.eye(3), PROJECTION)
+    yield hw.TimeOffsetFactor(of_body, V, rotation), (T_1, POINT, 0.01)
     yield hw.LineReprojection(s3[:2], e3[:2], 1.0, PROJECTION), (T_1, SEGMENT)
     yield hw.LineReprojectionRgbd(s3, e3, PROJECTION), (T_1, SEGMENT)
     yield hw.OrthonormalLineReprojection(s3[:2], e3[:2], 1.0, PROJECTION), (T_1, LINE)
@@ -80,6 +80,14 @@ def test_residual_of_a_point_is_its_distance_in_pixels():
     uv = CAMERA.project(POINT)
     residuals, _ = hw.PointReprojection(uv + [3, -4], np.eye(2), projection).evaluate(hw.Pose(), POINT)
     np.testing.assert_allclose(residuals, [-3, 4], atol=1e-12)
+
+
+def test_factors_written_in_python_are_not_wrapped():
+    factor = hw.Factor(1, [hw.Pose])
+    with pytest.raises(hw.InvalidArgument, match="Python"):
+        hw.ExtrinsicFactor(factor)
+    with pytest.raises(hw.InvalidArgument, match="Python"):
+        hw.TimeOffsetFactor(factor, V, V)
 
 
 def test_values_that_do_not_fit_are_refused():

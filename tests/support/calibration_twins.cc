@@ -4,33 +4,9 @@
 #include <Eigen/Geometry>
 
 #include "support/imu_twins.h"
+#include "support/reprojection_twins.h"
 
 namespace highwall::twins {
-
-template <int kRows>
-template <typename T>
-bool TimeOffset<kRows>::operator()(const T* T_WB, const T* p_W, const T* t_d, T* residuals) const {
-  const Vector3<T> p_C =
-      point.rig.template ToCamera<T>(T_WB, Vector3<T>(Eigen::Map<const Vector3<T>>(p_W)));
-  Eigen::Map<Eigen::Matrix<T, kRows, 1>> r(residuals);
-  r = point.W.template cast<T>() *
-      (point.rig.template Project<kRows, T>(p_C) - point.z.template cast<T>() +
-       velocity.template cast<T>() * (*t_d - T(t_d_state)));
-  return true;
-}
-
-template <int kRows>
-template <typename T>
-bool Extrinsics<kRows>::operator()(const T* T_WB, const T* p_W, const T* T_BC, T* residuals) const {
-  const Eigen::Map<const Vector3<T>> p_WB(T_WB), p_BC(T_BC), p(p_W);
-  const Eigen::Map<const Eigen::Quaternion<T>> q_WB(T_WB + 3), q_BC(T_BC + 3);
-  const Vector3<T> p_B = q_WB.conjugate() * (p - p_WB);
-  const Vector3<T> p_C = q_BC.conjugate() * (p_B - p_BC);
-  Eigen::Map<Eigen::Matrix<T, kRows, 1>> r(residuals);
-  r = point.W.template cast<T>() *
-      (point.rig.template Project<kRows, T>(p_C) - point.z.template cast<T>());
-  return true;
-}
 
 template <typename T>
 bool CameraPose::operator()(const T* T_WB, const T* v_WB, const T* t_d, T* residuals) const {
@@ -77,22 +53,6 @@ bool ScaledMotion::operator()(const T* T_WB_i, const T* T_WB_j, const T* s, T* r
   r = W.cast<T>() * e;
   return true;
 }
-
-template <int kRows>
-std::unique_ptr<ceres::CostFunction> MakeTimeOffset(const TimeOffset<kRows>& twin) {
-  using Cost = ceres::AutoDiffCostFunction<TimeOffset<kRows>, kRows, 7, 3, 1>;
-  return std::make_unique<Cost>(new TimeOffset<kRows>(twin));
-}
-template std::unique_ptr<ceres::CostFunction> MakeTimeOffset(const TimeOffset<2>& twin);
-template std::unique_ptr<ceres::CostFunction> MakeTimeOffset(const TimeOffset<3>& twin);
-
-template <int kRows>
-std::unique_ptr<ceres::CostFunction> MakeExtrinsics(const Extrinsics<kRows>& twin) {
-  using Cost = ceres::AutoDiffCostFunction<Extrinsics<kRows>, kRows, 7, 3, 7>;
-  return std::make_unique<Cost>(new Extrinsics<kRows>(twin));
-}
-template std::unique_ptr<ceres::CostFunction> MakeExtrinsics(const Extrinsics<2>& twin);
-template std::unique_ptr<ceres::CostFunction> MakeExtrinsics(const Extrinsics<3>& twin);
 
 std::unique_ptr<ceres::CostFunction> MakeCameraPose(const CameraPose& twin) {
   using Cost = ceres::AutoDiffCostFunction<CameraPose, 6, 7, 3, 1>;

@@ -5,29 +5,11 @@
 #include <ceres/cost_function.h>
 #include <Eigen/Core>
 
-#include "support/reprojection_twins.h"
+#include <highwall/core/pose.h>
 
 // Autodiff twins of the factors with a calibration block. Their evaluation is compiled once, in the
 // library highwall_factors_twins.
 namespace highwall::twins {
-
-template <int kRows>
-struct TimeOffset {
-  Point<kRows> point;
-  Eigen::Matrix<double, kRows, 1> velocity;
-  double t_d_state;
-
-  template <typename T>
-  bool operator()(const T* T_WB, const T* p_W, const T* t_d, T* residuals) const;
-};
-
-template <int kRows>
-struct Extrinsics {
-  Point<kRows> point;
-
-  template <typename T>
-  bool operator()(const T* T_WB, const T* p_W, const T* T_BC, T* residuals) const;
-};
 
 struct CameraPose {
   highwall::Pose T_WC_0;
@@ -60,10 +42,6 @@ struct ScaledMotion {
   bool operator()(const T* T_WB_i, const T* T_WB_j, const T* s, T* residuals) const;
 };
 
-template <int kRows>  // 2 or 3
-std::unique_ptr<ceres::CostFunction> MakeTimeOffset(const TimeOffset<kRows>& twin);
-template <int kRows>  // 2 or 3
-std::unique_ptr<ceres::CostFunction> MakeExtrinsics(const Extrinsics<kRows>& twin);
 std::unique_ptr<ceres::CostFunction> MakeCameraPose(const CameraPose& twin);
 std::unique_ptr<ceres::CostFunction> MakeExtrinsicCameraPose(const ExtrinsicCameraPose& twin);
 std::unique_ptr<ceres::CostFunction> MakeScaledMotion(const ScaledMotion& twin);

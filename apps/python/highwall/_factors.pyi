@@ -30,6 +30,9 @@ class ExtrinsicCameraPose(CostFunction):
         t_d_state: float = ...
     ) -> None: ...
 
+class ExtrinsicFactor(CostFunction):
+    def __init__(self, seen: CostFunction) -> None: ...
+
 class Factor(CostFunction):
     def __init__(self, residuals: int, types: Sequence[Union[type, int]]) -> None: ...
 
@@ -144,31 +147,9 @@ class PointReprojection(CostFunction):
         self, uv: npt.ArrayLike, sqrt_information: npt.ArrayLike, projection: RgbdProjection
     ) -> None: ...
 
-class PointReprojectionExtrinsics(CostFunction):
-    def __init__(
-        self, uv: npt.ArrayLike, sqrt_information: npt.ArrayLike, projection: RgbdProjection
-    ) -> None: ...
-
 class PointReprojectionRgbd(CostFunction):
     def __init__(
         self, uvd: npt.ArrayLike, sqrt_information: npt.ArrayLike, projection: RgbdProjection
-    ) -> None: ...
-
-class PointReprojectionRgbdExtrinsics(CostFunction):
-    def __init__(
-        self, uvd: npt.ArrayLike, sqrt_information: npt.ArrayLike, projection: RgbdProjection
-    ) -> None: ...
-
-class PointReprojectionRgbdTimeOffset(CostFunction):
-    def __init__(
-        self, uvd: npt.ArrayLike, velocity: npt.ArrayLike, sqrt_information: npt.ArrayLike,
-        projection: RgbdProjection, t_d_state: float = ...
-    ) -> None: ...
-
-class PointReprojectionTimeOffset(CostFunction):
-    def __init__(
-        self, uv: npt.ArrayLike, velocity: npt.ArrayLike, sqrt_information: npt.ArrayLike,
-        projection: RgbdProjection, t_d_state: float = ...
     ) -> None: ...
 
 class PointToPlane(CostFunction):
@@ -192,6 +173,12 @@ class ScaledMotion(CostFunction):
 
 class GravityPrior(CostFunction):
     def __init__(self, sigma: float) -> None: ...
+
+class TimeOffsetFactor(CostFunction):
+    def __init__(
+        self, seen: CostFunction, v_WB: npt.ArrayLike, omega_B: npt.ArrayLike,
+        t_d_state: float = ...
+    ) -> None: ...
 
 class VectorPrior1(CostFunction):
     def __init__(self, x_0: npt.ArrayLike, sqrt_information: npt.ArrayLike) -> None: ...

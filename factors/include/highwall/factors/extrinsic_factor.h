@@ -18,8 +18,7 @@ namespace [[gnu::visibility("default")]] highwall {
 //          1..: blocks of the wrapped factor after its pose
 //          last: T_BC  pose (7, PoseManifold)
 // Domain: that of the wrapped factor at the camera pose.
-// Source: Kelly, Sukhatme, "Visual-inertial sensor fusion", IJRR 2011, section 3. Points have a
-// specialized factor, ExtrinsicReprojection.
+// Source: Kelly, Sukhatme, "Visual-inertial sensor fusion", IJRR 2011, section 3.
 class ExtrinsicFactor final : public ceres::CostFunction, public SilentOutsideDomain {
  public:
   // seen: the wrapped factor; its block 0 is T_WC, the pose of a camera frame that coincides with

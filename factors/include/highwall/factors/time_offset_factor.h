@@ -23,7 +23,6 @@ namespace [[gnu::visibility("default")]] highwall {
 //          last: t_d  time offset (1) [s]
 // Domain: that of the wrapped factor at the moved pose.
 // Source: Li, Mourikis, "Online temporal calibration for camera-IMU systems", IJRR 2014, section 3.
-// For points, TimeOffsetReprojection uses their velocity in the image instead.
 class TimeOffsetFactor final : public ceres::CostFunction, public SilentOutsideDomain {
  public:
   // seen: the wrapped factor; its block 0 is T_WB. v_WB [m/s], omega_B [rad/s]: of the body at the
