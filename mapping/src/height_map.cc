@@ -1,11 +1,6 @@
 #include <highwall/mapping/height_map.h>
 
-#include <algorithm>
 #include <cmath>
-#include <string>
-
-#include <highwall/core/error.h>
-#include <highwall/internal/number_text.h>
 
 #include "leaf_samples.h"
 
@@ -41,30 +36,6 @@ HeightMap MakeHeightMap(const OctomapBuilder& map, HeightSource source,
     if (std::isnan(z) || better) z = p_z;
   });
   return heights;
-}
-
-VolumeChange CutAndFill(const HeightMap& before, const HeightMap& after, double threshold) {
-  VolumeChange change;
-  if (before.z.empty() || after.z.empty()) return change;
-  const double resolution = before.resolution;
-  HIGHWALL_REQUIRE(
-      std::abs(after.resolution - resolution) <= 1e-9 * resolution,
-      "the resolutions differ: " + FixedText(resolution) + " and " + FixedText(after.resolution));
-  HIGHWALL_REQUIRE(threshold >= 0.0, "threshold must not be negative");
-  const Eigen::Vector2d shift = (before.origin_G - after.origin_G) / resolution;
-  const Eigen::Vector2i cells = shift.array().round().cast<int>();
-  HIGHWALL_REQUIRE((shift - cells.cast<double>()).norm() < 1e-3, "the cells do not coincide");
-  const double cell_area = resolution * resolution;
-  for (int j = 0; j < before.height; ++j) {
-    for (int i = 0; i < before.width; ++i) {
-      const double rise = after.At(i + cells.x(), j + cells.y()) - before.At(i, j);
-      if (std::isnan(rise)) continue;
-      change.area += cell_area;
-      if (std::abs(rise) <= threshold) continue;
-      (rise > 0.0 ? change.fill : change.cut) += std::abs(rise) * cell_area;
-    }
-  }
-  return change;
 }
 
 }  // namespace highwall

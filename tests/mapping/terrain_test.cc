@@ -1,4 +1,4 @@
-// Height maps, volumes, the ground and drivable areas on a generated terrain.
+// Height maps, the ground and drivable areas on a generated terrain.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -84,30 +84,6 @@ TEST(MakeHeightMap, SeparatesTheTopFromTheGround) {
   EXPECT_NEAR(cell(top, 2.55, 2.55), 4.05, 1e-5);
   EXPECT_NEAR(cell(ground, 2.05, 2.05), 0.05, 1e-5);
   EXPECT_NEAR(cell(top, 8.05, 8.05), 0.05, 1e-5);
-}
-
-TEST(CutAndFill, MeasuresAPitAndAHeap) {
-  const HeightMap before = MakeHeightMap(Survey([](double, double) { return 0.05; }));
-  const HeightMap after = MakeHeightMap(Survey([](double x, double y) {
-    const bool pit = x > 2.0 && x < 4.0 && y > 2.0 && y < 5.0;
-    const bool heap = x > 7.0 && x < 8.0 && y > 7.0 && y < 9.0;
-    return 0.05 + (pit ? -1.0 : 0.0) + (heap ? 0.5 : 0.0);
-  }));
-  const VolumeChange change = CutAndFill(before, after, 0.05);
-  // 2 x 3 x 1 and 1 x 2 x 0.5 m^3. A border cell on each side may count or not.
-  EXPECT_NEAR(change.cut, 6.0, 0.6);
-  EXPECT_NEAR(change.fill, 1.0, 0.2);
-  EXPECT_NEAR(change.area, 144.0, 3.0);
-  const VolumeChange same = CutAndFill(before, before);
-  EXPECT_EQ(same.cut + same.fill, 0.0);
-  EXPECT_EQ(CutAndFill(before, HeightMap{}).area, 0.0);
-  HeightMap other = before;
-  other.resolution = 0.2;
-  EXPECT_THROW(CutAndFill(before, other), InvalidArgument);
-  other = before;
-  other.origin_G.x() += 0.03;
-  EXPECT_THROW(CutAndFill(before, other), InvalidArgument);
-  EXPECT_THROW(CutAndFill(before, before, -1.0), InvalidArgument);
 }
 
 TEST(FitGroundPlane, FindsTheFloorAmongWallsAndNoise) {

@@ -39,16 +39,4 @@ struct HeightMap {
 HeightMap MakeHeightMap(const OctomapBuilder& map, HeightSource source = HeightSource::kTop,
                         const Eigen::Quaterniond& R_GW = Eigen::Quaterniond::Identity());
 
-// Volumes moved between two surveys.
-struct VolumeChange {
-  double cut = 0.0;   // [m^3] removed, >= 0
-  double fill = 0.0;  // [m^3] added, >= 0
-  double area = 0.0;  // [m^2] compared: known in both surveys
-};
-
-// Sums the height differences over the cells that are known in both maps and differ by more than
-// `threshold` [m] >= 0 (noise of half a voxel is not a change). Throws InvalidArgument unless the
-// maps have the same resolution and cells that coincide.
-VolumeChange CutAndFill(const HeightMap& before, const HeightMap& after, double threshold = 0.0);
-
 }  // namespace highwall
