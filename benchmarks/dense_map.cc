@@ -45,7 +45,7 @@ struct Keyframe {
 
 struct Maps {
   explicit Maps(const Arguments& arguments)
-      : octree({.octree = {.resolution = arguments.resolution, .max_range = arguments.max_range}}),
+      : octree({.resolution = arguments.resolution, .max_range = arguments.max_range}),
         cloud({.voxel_size = arguments.voxel}) {}
 
   void Add(std::size_t i, const Keyframe& keyframe, const Pose& T_WC) {

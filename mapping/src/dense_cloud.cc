@@ -171,16 +171,11 @@ class Blocks {
 void DenseCloudOptions::Validate() const {
   RequirePositiveFinite(voxel_size, "DenseCloudOptions::voxel_size");
   RequireWithin(max_observations, 1, 256, "DenseCloudOptions::max_observations");
-  RequireNotNegative(min_translation, "DenseCloudOptions::min_translation");
-  RequireNotNegative(min_rotation, "DenseCloudOptions::min_rotation");
 }
 
 struct DenseCloud::Impl final : internal::RefillableMap {
   explicit Impl(const DenseCloudOptions& o)
-      : options(o),
-        rounds(o.min_translation, o.min_rotation),
-        blocks(o.voxel_size),
-        copy(o.voxel_size) {}
+      : options(o), blocks(o.voxel_size), copy(o.voxel_size) {}
 
   Codes Touched(std::int64_t id, const Pose& T_WC) override {
     return blocks.Touched(clouds.at(id), T_WC);

@@ -62,7 +62,7 @@ void DenseMapOptions::Validate() const {
 struct DenseMapper::Impl {
   struct Layer {
     explicit Layer(const DenseMapOptions& options)
-        : cloud({.voxel_size = options.cloud.voxel_size}), octree({.octree = options.octree}) {}
+        : cloud({.voxel_size = options.cloud.voxel_size}), octree(options.octree) {}
 
     DenseCloud cloud;
     KeyframeOctree octree;

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include <highwall/core/error.h>
-#include <highwall/internal/require.h>
 
 #include "keyframe_rounds.h"
 #include "octomap_builder_impl.h"
@@ -48,15 +47,8 @@ StoredScan Store(std::span<const Eigen::Vector3f> points_C, double voxel_size) {
 
 }  // namespace
 
-void KeyframeOctreeOptions::Validate() const {
-  octree.Validate();
-  RequireNotNegative(min_translation, "KeyframeOctreeOptions::min_translation");
-  RequireNotNegative(min_rotation, "KeyframeOctreeOptions::min_rotation");
-}
-
 struct KeyframeOctree::Impl final : internal::RefillableMap {
-  explicit Impl(const KeyframeOctreeOptions& o)
-      : options(o), rounds(o.min_translation, o.min_rotation), map(o.octree), copy(o.octree) {}
+  explicit Impl(const OctomapBuilderOptions& o) : options(o), map(o), copy(o) {}
 
   // Gathers the scan of a keyframe in `builder`, and lists its bricks.
   Codes Gather(std::int64_t id, const Pose& T_WC, OctomapBuilder& builder) const {
@@ -86,48 +78,23 @@ struct KeyframeOctree::Impl final : internal::RefillableMap {
   }
   void PutInPlace(const Codes* region) override {
     internal::ScanOctree& tree = map.impl_->tree;
-    const auto& on_change = map.impl_->on_change;
-    Eigen::AlignedBox3d changed;
-    if (on_change && region == nullptr) changed = map.Bounds().merged(copy.Bounds());
     if (region == nullptr) {
       tree.swapContent(copy.impl_->tree);
     } else {
       tree.ReplaceBricks(*region, copy.impl_->tree);
     }
     copy.Clear();
-    if (region != nullptr) {
-      map.impl_->ReportChange(*region);
-    } else if (on_change && !changed.isEmpty()) {
-      on_change(changed);
-    }
   }
 
-  KeyframeOctreeOptions options;
+  OctomapBuilderOptions options;
   internal::KeyframeRounds rounds;
   std::map<std::int64_t, StoredScan> scans;
   OctomapBuilder map, copy;
 };
 
-KeyframeOctree::KeyframeOctree(const KeyframeOctreeOptions& options) {
-  options.Validate();
-  impl_ = std::make_unique<Impl>(options);
-}
+KeyframeOctree::KeyframeOctree(const OctomapBuilderOptions& options)
+    : impl_(std::make_unique<Impl>(options)) {}
 KeyframeOctree::~KeyframeOctree() = default;
-
-void KeyframeOctree::SetKeyframe(std::int64_t id, const cv::Mat& depth,
-                                 const DepthUnprojector& unprojector, const Pose& T_WC) {
-  unprojector.RequireDepth(depth);
-  const auto min_depth = std::max(static_cast<float>(impl_->options.octree.min_depth),
-                                  std::numeric_limits<float>::min());
-  std::vector<Eigen::Vector3f> points_C;
-  for (int v = 0; v < depth.rows; ++v) {
-    const float* const row = depth.ptr<float>(v);
-    for (int u = 0; u < depth.cols; ++u) {
-      if (row[u] >= min_depth) points_C.push_back(unprojector.Unproject(u, v, row[u]));
-    }
-  }
-  SetKeyframe(id, points_C, T_WC);
-}
 
 void KeyframeOctree::SetKeyframe(std::int64_t id, std::span<const Eigen::Vector3f> points_C,
                                  const Pose& T_WC) {
@@ -135,7 +102,7 @@ void KeyframeOctree::SetKeyframe(std::int64_t id, std::span<const Eigen::Vector3
                    "the pose of keyframe " + std::to_string(id) + " is not finite");
   RemoveKeyframe(id);
   const bool last = impl_->rounds.IsLast(id);
-  impl_->scans[id] = Store(points_C, 0.5 * impl_->options.octree.resolution);
+  impl_->scans[id] = Store(points_C, 0.5 * impl_->options.resolution);
   impl_->rounds.SetPose(id, T_WC);
   if (!last) return;
   Codes bricks = impl_->Gather(id, T_WC, impl_->map);
@@ -161,7 +128,7 @@ void KeyframeOctree::RemoveKeyframe(std::int64_t id) {
 
 void KeyframeOctree::MoveKeyframe(std::int64_t id, const Pose& T_WC, KeyframeOctree& to) {
   RequireKeyframe(id, T_WC);
-  HIGHWALL_REQUIRE(impl_->options.octree.resolution == to.impl_->options.octree.resolution,
+  HIGHWALL_REQUIRE(impl_->options.resolution == to.impl_->options.resolution,
                    "a scan is stored for octrees of the same resolution");
   auto scan = impl_->scans.extract(id);
   RemoveKeyframe(id);
@@ -182,14 +149,10 @@ const OctomapBuilder& KeyframeOctree::map() const {
   return impl_->map;
 }
 
-void KeyframeOctree::SetChangeCallback(OctomapBuilder::ChangeCallback on_change) {
-  impl_->map.SetChangeCallback(std::move(on_change));
-}
-
 OctomapBuilder KeyframeOctree::TakeMap() {
   impl_->scans.clear();
   impl_->rounds.Clear();
-  return std::exchange(impl_->map, OctomapBuilder(impl_->options.octree));
+  return std::exchange(impl_->map, OctomapBuilder(impl_->options));
 }
 
 std::size_t KeyframeOctree::KeyframeCount() const {

@@ -7,6 +7,13 @@
 #include <highwall/internal/stopwatch.h>
 
 namespace highwall::internal {
+namespace {
+
+// A smaller motion does not move a keyframe in the map.
+constexpr double kMinMapTranslation = 0.01;           // [m]
+constexpr double kMinMapRotation = 0.5 * 0.01745329;  // [rad]
+
+}  // namespace
 
 std::optional<Pose> KeyframeRounds::PoseOf(std::int64_t id) const {
   const auto place = places_.find(id);
@@ -36,7 +43,7 @@ void KeyframeRounds::Clear() {
 bool KeyframeRounds::HasMoved(const Place& place) const {
   if (!place.T_WC_in_map) return true;
   const Pose moved = place.T_WC_in_map->Inverse() * place.T_WC;
-  return moved.p().norm() > min_translation_ || moved.Angle() > min_rotation_;
+  return moved.p().norm() > kMinMapTranslation || moved.Angle() > kMinMapRotation;
 }
 
 bool KeyframeRounds::IsCurrent() const {

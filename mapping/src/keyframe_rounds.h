@@ -32,13 +32,10 @@ class RefillableMap {
 // State of a map that follows its keyframes: for each keyframe the target pose, the pose in the
 // map, and the cells that it touches there. Run() updates the map in rounds: the cells that moved
 // keyframes touched before or touch now are refilled from all keyframes that touch them, in the
-// order of ids; if at least half of the keyframes moved, the whole map is refilled.
+// order of ids; if at least half of the keyframes moved, the whole map is refilled. A keyframe that
+// moved by less than 1 cm and half a degree is not moved in the map.
 class KeyframeRounds {
  public:
-  // A keyframe that moved by less than both [m], [rad] is not moved in the map.
-  KeyframeRounds(double min_translation, double min_rotation)
-      : min_translation_(min_translation), min_rotation_(min_rotation) {}
-
   // Returns the target pose; empty for an unknown keyframe.
   std::optional<Pose> PoseOf(std::int64_t id) const;
   // Returns whether no keyframe has a larger id.
@@ -85,7 +82,6 @@ class KeyframeRounds {
   bool Step(RefillableMap& map);
   void Finish(RefillableMap& map);
 
-  double min_translation_, min_rotation_;
   std::map<std::int64_t, Place> places_;
   Codes orphaned_;  // cells of removed keyframes
   std::optional<Round> round_;

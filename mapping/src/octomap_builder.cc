@@ -108,18 +108,15 @@ void OctomapBuilder::Impl::Apply() {
     tree.Apply(touched, helpers, team);
     tree.setProbHit(options.hit);
   }
-  if (!on_change) return;
-  std::vector<std::uint64_t> mortons;
-  for (const internal::VoxelBrick* brick : bricks) mortons.push_back(brick->morton);
-  ReportChange(mortons);
+  ReportChange();
 }
 
-void OctomapBuilder::Impl::ReportChange(std::span<const std::uint64_t> mortons) const {
-  if (!on_change || mortons.empty()) return;
+void OctomapBuilder::Impl::ReportChange() const {
+  if (!on_change || bricks.empty()) return;
   Eigen::AlignedBox3d box;
-  for (const std::uint64_t morton : mortons) {
+  for (const internal::VoxelBrick* brick : bricks) {
     for (int corner : {0, 8}) {
-      const auto key = internal::FirstVoxel(morton);
+      const auto key = internal::FirstVoxel(brick->morton);
       const Eigen::Vector3d voxel(key[0] + corner, key[1] + corner, key[2] + corner);
       const Eigen::Vector3d origin = Eigen::Vector3d::Constant(internal::kKeyOffset);
       box.extend((options.resolution * (voxel - origin)).eval());

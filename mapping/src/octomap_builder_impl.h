@@ -43,8 +43,8 @@ struct OctomapBuilder::Impl {
   void KeepBricks(std::span<const std::uint64_t> mortons);
   // Merges the listed bricks into the tree. Call once per scan.
   void Apply();
-  // Calls the change callback. mortons: ascending.
-  void ReportChange(std::span<const std::uint64_t> mortons) const;
+  // Calls the change callback for the listed bricks.
+  void ReportChange() const;
 
   OctomapBuilderOptions options;
   internal::ScanOctree tree;

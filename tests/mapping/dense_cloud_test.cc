@@ -212,8 +212,6 @@ TEST(DenseCloud, RefusesUnknownKeyframesAndPosesThatAreNotFinite) {
   EXPECT_TRUE(cloud.Contains(1));
   EXPECT_THROW(DenseCloud({.voxel_size = 0.0}), InvalidArgument);
   EXPECT_THROW(DenseCloud({.max_observations = 0}), InvalidArgument);
-  EXPECT_THROW(DenseCloud({.min_translation = -1.0}), InvalidArgument);
-  EXPECT_THROW(DenseCloud({.min_rotation = -1.0}), InvalidArgument);
 }
 
 }  // namespace

@@ -40,8 +40,8 @@ Poses Corridor(int count, double shift = 0.0) {
   return poses;
 }
 
-KeyframeOctreeOptions Options() {
-  return {.octree = {.resolution = 0.1}};
+OctomapBuilderOptions Options() {
+  return {.resolution = 0.1};
 }
 
 void Fill(const Poses& poses, KeyframeOctree& octree) {
@@ -215,20 +215,6 @@ TEST(KeyframeOctree, KeyframesThatMoveOverFromAnotherEqualAMapFromScratch) {
   }
 }
 
-TEST(KeyframeOctree, ReportsWhereItChanged) {
-  for (const std::size_t moved : {1, 12}) {
-    KeyframeOctree octree(Options());
-    Fill(Corridor(12), octree);
-    std::vector<Eigen::AlignedBox3d> boxes;
-    octree.SetChangeCallback([&](const Eigen::AlignedBox3d& box) { boxes.push_back(box); });
-    Move(Corridor(12, 0.2), 0, moved, octree);
-    EXPECT_TRUE(octree.Rebuild());
-    ASSERT_EQ(boxes.size(), 1u);
-    EXPECT_EQ(boxes[0].contains(octree.map().Bounds()), moved == 12);
-    EXPECT_TRUE(boxes[0].contains(Corridor(1)[0].p()));
-  }
-}
-
 TEST(KeyframeOctree, IgnoresMovesBelowTheThreshold) {
   KeyframeOctree octree(Options());
   Fill(Corridor(2), octree);
@@ -263,13 +249,12 @@ TEST(KeyframeOctree, RefusesPosesThatAreNotFiniteAndUnknownKeyframes) {
   octree.SetKeyframe(1, Points{}, Pose());
   EXPECT_THROW(octree.SetPose(1, pose), InvalidArgument);
   EXPECT_TRUE(octree.IsCurrent());
-  KeyframeOctree other(Options()), finer({.octree = {.resolution = 0.05}});
+  KeyframeOctree other(Options()), finer({.resolution = 0.05});
   EXPECT_THROW(octree.MoveKeyframe(1, pose, other), InvalidArgument);
   EXPECT_THROW(octree.MoveKeyframe(2, Pose(), other), InvalidArgument);
   EXPECT_THROW(octree.MoveKeyframe(1, Pose(), finer), InvalidArgument);
   EXPECT_EQ(octree.KeyframeCount(), 1u);
-  EXPECT_THROW(KeyframeOctree({.octree = {}, .min_translation = -1.0}), InvalidArgument);
-  EXPECT_THROW(KeyframeOctree({.octree = {}, .min_rotation = -1.0}), InvalidArgument);
+  EXPECT_THROW(KeyframeOctree({.resolution = -1.0}), InvalidArgument);
 }
 
 }  // namespace

@@ -15,10 +15,6 @@ namespace [[gnu::visibility("default")]] highwall {
 struct DenseCloudOptions {
   double voxel_size = 0.01;  // [m] > 0; one point per voxel
   int max_observations = 6;  // [1, 256] points averaged per voxel; later ones are dropped
-  // A keyframe that has moved by less than both since it was last merged into the cloud is not
-  // moved.
-  double min_translation = 0.01;           // [m] >= 0
-  double min_rotation = 0.5 * 0.01745329;  // [rad] >= 0
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -27,10 +23,11 @@ struct DenseCloudOptions {
 // Dense point map: the clouds of keyframes, each stored in its own camera frame, and their union in
 // W, voxel-filtered, in blocks of 64^3 voxels.
 //
-// SetPose() sets the current pose of a keyframe; Rebuild() incrementally updates the blocks that
-// moved keyframes touched before or touch now; Merged() returns the old blocks until the new ones
-// are complete. The result equals, point for point, a cloud built from scratch from the same stored
-// clouds and poses.
+// SetPose() sets the current pose of a keyframe, which is not moved if it has moved by less than
+// 1 cm and half a degree since it was last merged into the cloud; Rebuild() incrementally updates
+// the blocks that moved keyframes touched before or touch now; Merged() returns the old blocks
+// until the new ones are complete. The result equals, point for point, a cloud built from scratch
+// from the same stored clouds and poses.
 //
 // Memory is bounded by the observed area, not by the number of keyframes: a stored point takes 12
 // bytes (positions are quantized to 1/32767 of the farthest one), and points that fall into a voxel

@@ -8,23 +8,11 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <opencv2/core/mat.hpp>
 
 #include <highwall/core/pose.h>
-#include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/octomap_builder.h>
 
 namespace [[gnu::visibility("default")]] highwall {
-
-struct KeyframeOctreeOptions {
-  OctomapBuilderOptions octree;
-  // A keyframe that has moved by less than both since it was last merged into the map is not moved.
-  double min_translation = 0.01;           // [m] >= 0
-  double min_rotation = 0.5 * 0.01745329;  // [rad] >= 0
-
-  // Throws InvalidArgument naming the field.
-  void Validate() const;
-};
 
 // Octree that follows the poses of its keyframes: SetPose() sets their current poses, Rebuild()
 // incrementally updates the map.
@@ -35,19 +23,18 @@ struct KeyframeOctreeOptions {
 // replaces the region in one step when it is complete: map() is a complete map at any time. The
 // result equals, leaf for leaf, a map built from scratch with these poses.
 //
-// A keyframe's scan is stored as the mean points of voxels of half the resolution in its camera
-// frame, 6 bytes per point. Not thread-safe.
+// A keyframe that has moved by less than 1 cm and half a degree since it was last merged into the
+// map is not moved. A keyframe's scan is stored as the mean points of voxels of half the resolution
+// in its camera frame, 6 bytes per point. Not thread-safe.
 class KeyframeOctree {
  public:
   // Throws InvalidArgument naming the field.
-  explicit KeyframeOctree(const KeyframeOctreeOptions& options = {});
+  explicit KeyframeOctree(const OctomapBuilderOptions& options = {});
   ~KeyframeOctree();
 
   // Adds keyframe `id`. If its id is the largest so far, it is merged into the map immediately,
-  // otherwise by Rebuild(), which also removes a scan that was replaced. depth and points_C [m] as
-  // in OctomapBuilder::Insert(). Throws InvalidArgument as that does.
-  void SetKeyframe(std::int64_t id, const cv::Mat& depth, const DepthUnprojector& unprojector,
-                   const Pose& T_WC);
+  // otherwise by Rebuild(), which also removes a scan that was replaced. points_C [m] as in
+  // OctomapBuilder::Insert(). Throws InvalidArgument as that does.
   void SetKeyframe(std::int64_t id, std::span<const Eigen::Vector3f> points_C, const Pose& T_WC);
   // Throws InvalidArgument if there is no keyframe `id` or T_WC is not finite.
   void SetPose(std::int64_t id, const Pose& T_WC);
@@ -66,9 +53,6 @@ class KeyframeOctree {
   bool IsCurrent() const;
 
   const OctomapBuilder& map() const;
-  // As OctomapBuilder::SetChangeCallback(); after a round it receives the bounding box of the
-  // region.
-  void SetChangeCallback(OctomapBuilder::ChangeCallback on_change);
   // Returns the map and removes all keyframes.
   OctomapBuilder TakeMap();
   std::size_t KeyframeCount() const;
