@@ -1,6 +1,5 @@
 #include <highwall/core/pose_graph.h>
 
-#include <cmath>
 #include <deque>
 #include <numeric>
 #include <string>

@@ -1,7 +1,5 @@
 #include <highwall/factors/depth_noise.h>
 
-#include <string>
-
 #include <highwall/core/error.h>
 #include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>

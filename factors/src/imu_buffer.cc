@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include <highwall/core/error.h>
 #include <highwall/internal/imu_buffer_options.h>

@@ -1,7 +1,5 @@
 #include "cloud_block.h"
 
-#include <algorithm>
-
 namespace highwall::internal {
 
 CloudBlock::Sum& CloudBlock::SumOf(std::uint32_t voxel) {

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <numbers>
 #include <random>
-#include <string>
 #include <vector>
 
 #include <Eigen/Eigenvalues>

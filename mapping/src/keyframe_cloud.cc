@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <string>
 
 #include <highwall/core/error.h>
 #include <highwall/internal/number_text.h>

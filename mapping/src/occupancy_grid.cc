@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <string>
 
 #include <highwall/core/error.h>
 #include <highwall/internal/number_text.h>

@@ -1,11 +1,8 @@
 #include <highwall/mapping/octree_queries.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <queue>
-#include <string>
 #include <vector>
 
 #include <Eigen/Geometry>

@@ -1,7 +1,5 @@
 #include <bit>
-#include <cmath>
 #include <cstring>
-#include <limits>
 #include <optional>
 #include <string>
 

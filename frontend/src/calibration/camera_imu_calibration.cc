@@ -6,7 +6,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 
 #include <ceres/loss_function.h>
 #include <Eigen/Eigenvalues>

@@ -1,8 +1,6 @@
 #include <highwall/frontend/features/orb_matcher.h>
 
-#include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstring>
 
 #include <highwall/core/error.h>

@@ -1,7 +1,6 @@
 #include <highwall/frontend/input/sensor.h>
 
 #include <cmath>
-#include <string>
 
 #include <highwall/core/error.h>
 #include <highwall/factors/imu_buffer.h>

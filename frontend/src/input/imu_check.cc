@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
-#include <optional>
 #include <utility>
 
 #include <Eigen/Geometry>

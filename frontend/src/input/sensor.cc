@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <string>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/sensor_profile.h>

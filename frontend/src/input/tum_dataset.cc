@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <system_error>
 #include <tuple>
 #include <utility>

@@ -5,7 +5,6 @@
 #include <type_traits>
 #include <utility>
 
-#include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/internal/background_job.h>

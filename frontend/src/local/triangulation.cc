@@ -1,7 +1,6 @@
 #include <highwall/frontend/local/triangulation.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <vector>
 

@@ -7,8 +7,6 @@
 #include <stop_token>
 #include <utility>
 
-#include <highwall/core/error.h>
-
 namespace highwall {
 
 struct LoopCloser::Result {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include <highwall/core/error.h>
 #include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/pose/pose_solver.h>
 #include <highwall/internal/number_text.h>

@@ -1,6 +1,5 @@
 #include "map/epipolar_matcher.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>

@@ -3,8 +3,6 @@
 #include <cmath>
 #include <limits>
 
-#include <highwall/core/error.h>
-
 namespace highwall {
 namespace {
 

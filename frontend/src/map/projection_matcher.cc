@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include <highwall/core/error.h>
 #include <highwall/frontend/features/orb_matcher.h>
 
 namespace highwall {

@@ -1,6 +1,5 @@
 #include "sensor/frame_timing_estimator.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
