@@ -14,6 +14,7 @@
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 #include <highwall/internal/se3.h>
 #include "planar_pose.h"
 #include "pose_information.h"
@@ -46,9 +47,8 @@ class Line {
   std::int64_t Id(const std::string& tag) {
     const std::string_view word = Word();
     std::int64_t id = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), id);
     if (word.empty()) Fail(tag + " lacks an id");
-    if (error != std::errc() || end != word.data() + word.size() || id < 0) {
+    if (!ParseNumber(word, &id) || id < 0) {
       Fail(tag + ": '" + std::string(word) + "' is no id, a whole number from 0");
     }
     return id;

@@ -33,4 +33,14 @@ std::string RoundedText(double value, int digits) {
   return ToText(value, std::chars_format::general, std::clamp(digits, 1, kMaxDecimals));
 }
 
+std::vector<std::string_view> SplitWords(std::string_view text, std::string_view separators) {
+  std::vector<std::string_view> words;
+  for (std::size_t at = text.find_first_not_of(separators); at != std::string_view::npos;) {
+    const std::size_t end = std::min(text.find_first_of(separators, at), text.size());
+    words.push_back(text.substr(at, end - at));
+    at = text.find_first_not_of(separators, end);
+  }
+  return words;
+}
+
 }  // namespace highwall

@@ -1,6 +1,5 @@
 #include "sliding_window_file.h"
 
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -50,8 +49,7 @@ class Reader {
   Number Read(const char* what) {
     const std::string word = Word();
     Number value{};
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size() || word.empty()) {
+    if (!ParseNumber(word, &value)) {
       Fail("expected " + std::string(what) + ", found '" + word + "'");
     }
     return value;

@@ -1,7 +1,8 @@
 #include <highwall/core/stamp.h>
 
-#include <charconv>
 #include <cmath>
+
+#include <highwall/internal/number_text.h>
 
 namespace highwall {
 namespace {
@@ -18,10 +19,9 @@ bool IsDigit(char c) {
 std::optional<Stamp> ParseStamp(std::string_view text) {
   if (text.find_first_of("eE") != std::string_view::npos) {
     if (text.starts_with("+") && !text.starts_with("+-"))
-      text.remove_prefix(1);  // not accepted by from_chars
+      text.remove_prefix(1);  // not accepted by ParseNumber
     double seconds = 0.0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
-    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    if (!ParseNumber(text, &seconds)) return std::nullopt;
     if (!(std::abs(seconds) <= static_cast<double>(kMaxSeconds))) return std::nullopt;
     return FromSeconds(seconds);
   }

@@ -32,25 +32,6 @@ struct TrajectoryLine {
   [[noreturn]] void Fail(const std::string& what) const { throw IoError(path, number, what); }
 };
 
-std::array<std::string_view, 8> SplitColumns(const TrajectoryLine& line) {
-  std::array<std::string_view, 8> columns;
-  std::size_t count = 0;
-  std::string_view rest = line.text;
-  for (std::size_t begin = rest.find_first_not_of(kBlanks); begin != std::string_view::npos;
-       begin = rest.find_first_not_of(kBlanks)) {
-    rest.remove_prefix(begin);
-    const std::size_t length = std::min(rest.find_first_of(kBlanks), rest.size());
-    if (count < columns.size()) columns[count] = rest.substr(0, length);
-    ++count;
-    rest.remove_prefix(length);
-  }
-  if (count != columns.size()) {
-    line.Fail("expected the 8 numbers 'stamp tx ty tz qx qy qz qw' separated by blanks, found " +
-              std::to_string(count) + (count == 1 ? " value" : " values"));
-  }
-  return columns;
-}
-
 double ParseFinite(const TrajectoryLine& line, const char* column, std::string_view text) {
   const std::string_view digits = text.starts_with('+') ? text.substr(1) : text;
   double value = 0.0;
@@ -66,7 +47,11 @@ double ParseFinite(const TrajectoryLine& line, const char* column, std::string_v
 }
 
 StampedPose ParseStampedPose(const TrajectoryLine& line) {
-  const auto columns = SplitColumns(line);
+  const std::vector<std::string_view> columns = SplitWords(line.text, kBlanks);
+  if (columns.size() != kColumns.size()) {
+    line.Fail("expected the 8 numbers 'stamp tx ty tz qx qy qz qw' separated by blanks, found " +
+              std::to_string(columns.size()) + (columns.size() == 1 ? " value" : " values"));
+  }
   const std::optional<Stamp> stamp = ParseStamp(columns[0]);
   if (!stamp) line.Fail("stamp '" + std::string(columns[0]) + "' is not a time in seconds");
   std::array<double, Pose::kSize> block;

@@ -1,6 +1,5 @@
 #include "octree_io.h"
 
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -86,10 +85,9 @@ class PayloadChecker {
 };
 
 template <typename T>
-T ParseNumber(const std::filesystem::path& path, std::int64_t line, std::string_view text) {
+T NumberIn(const std::filesystem::path& path, std::int64_t line, std::string_view text) {
   T value{};
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (result.ec != std::errc{} || result.ptr != text.data() + text.size()) {
+  if (!ParseNumber(text, &value)) {
     throw IoError(path, line, "expected a number, found '" + std::string(text) + "'");
   }
   return value;
@@ -142,10 +140,10 @@ OctreeFile LoadOctreeFile(const std::filesystem::path& path) {
       }
       has_id = true;
     } else if (key == "size") {
-      file.size = ParseNumber<std::size_t>(path, number, value);
+      file.size = NumberIn<std::size_t>(path, number, value);
       has_size = true;
     } else if (key == "res") {
-      file.resolution = ParseNumber<double>(path, number, value);
+      file.resolution = NumberIn<double>(path, number, value);
     } else if (key == "data") {
       has_data = true;
     } else if (!key.empty() && key.front() != '#') {

@@ -56,7 +56,7 @@ PcdData ReadDataKind(const Words& words, const FileCursor& file) {
 PcdHeader ReadPcdHeader(FileCursor& file) {
   PcdHeader header;
   while (true) {
-    const Words words = internal::Words(file.Line());
+    const Words words = SplitWords(file.Line(), internal::kBetweenWords);
     if (words.empty() || words[0].starts_with('#')) continue;
     if (words[0] == "FIELDS") {
       if (header.fields > 0) file.Fail("FIELDS is there twice");
@@ -66,7 +66,7 @@ PcdHeader ReadPcdHeader(FileCursor& file) {
     } else if (words[0] == "COUNT") {
       RequireAll(words, "1", file);
     } else if (words[0] == "POINTS") {
-      if (words.size() != 2 || !internal::ParseNumber(words[1], header.points)) {
+      if (words.size() != 2 || !ParseNumber(words[1], &header.points)) {
         file.Fail("expected the number of points");
       }
     } else if (words[0] == "DATA") {
@@ -114,10 +114,10 @@ void ReadValues(const PcdHeader& header, const std::string& compressed, std::siz
     case PcdData::kAscii:
       break;
   }
-  const Words words = internal::Words(file.Line());
+  const Words words = SplitWords(file.Line(), internal::kBetweenWords);
   if (words.size() != header.fields) file.Fail("expected as many values as fields");
   for (std::size_t i = 0; i < words.size(); ++i) {
-    if (!internal::ParseNumber(words[i], (*values)[i])) file.Fail("expected a number");
+    if (!ParseNumber(words[i], &(*values)[i])) file.Fail("expected a number");
   }
 }
 

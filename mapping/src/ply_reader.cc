@@ -54,20 +54,20 @@ Scalar RequireScalar(std::string_view name, const FileCursor& file) {
 Header ReadHeader(FileCursor& file) {
   if (file.Line() != "ply") file.Fail("expected 'ply'");
   Header header;
-  const auto format = internal::Words(file.Line());
+  const auto format = SplitWords(file.Line(), internal::kBetweenWords);
   if (format.size() != 3 || format[0] != "format") file.Fail("expected 'format'");
   header.binary = format[1] == "binary_little_endian";
   if (!header.binary && format[1] != "ascii") {
     file.Fail("the format must be ascii or binary_little_endian");
   }
   while (true) {
-    const auto words = internal::Words(file.Line());
+    const auto words = SplitWords(file.Line(), internal::kBetweenWords);
     if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
     if (words[0] == "end_header") return header;
     if (words[0] == "element" && words.size() == 3) {
       Element& element = header.elements.emplace_back();
       element.name = words[1];
-      if (!internal::ParseNumber(words[2], element.count)) file.Fail("expected a number of items");
+      if (!ParseNumber(words[2], &element.count)) file.Fail("expected a number of items");
     } else if (words[0] == "property" && words.size() == 3 && !header.elements.empty()) {
       header.elements.back().properties.push_back(
           {std::string(words[2]), RequireScalar(words[1], file), std::nullopt});
@@ -91,7 +91,7 @@ double TakeBinary(FileCursor& file) {
 template <typename T>
 double ParseAs(std::string_view word, const FileCursor& file) {
   T value{};
-  if (!internal::ParseNumber(word, value)) {
+  if (!ParseNumber(word, &value)) {
     file.Fail("'" + std::string(word) + "' is not a number of its property's type");
   }
   return static_cast<double>(value);
@@ -104,7 +104,7 @@ class ValueReader {
 
   void BeginItem() {
     if (binary_) return;
-    words_ = internal::Words(file_.Line());
+    words_ = SplitWords(file_.Line(), internal::kBetweenWords);
     next_ = 0;
   }
   double Value(Scalar type) {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <charconv>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -9,11 +8,13 @@
 #include <string>
 #include <string_view>
 #include <system_error>
-#include <vector>
 
 #include <highwall/core/error.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall::internal {
+
+inline constexpr std::string_view kBetweenWords = " \t";
 
 // Cursor in a file in memory, which is read line by line or in blocks of bytes; it counts the lines
 // for error messages.
@@ -53,23 +54,5 @@ class FileCursor {
   std::size_t at_ = 0;
   std::int64_t line_ = 0;
 };
-
-// Splits a line at spaces and tabs.
-inline std::vector<std::string_view> Words(std::string_view line) {
-  std::vector<std::string_view> words;
-  for (std::size_t at = line.find_first_not_of(" \t"); at != std::string_view::npos;) {
-    const std::size_t end = std::min(line.find_first_of(" \t", at), line.size());
-    words.push_back(line.substr(at, end - at));
-    at = line.find_first_not_of(" \t", end);
-  }
-  return words;
-}
-
-// Returns false unless the whole `text` is one number of the type of `value`.
-template <typename T>
-bool ParseNumber(std::string_view text, T& value) {
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-  return result.ec == std::errc{} && result.ptr == text.data() + text.size();
-}
 
 }  // namespace highwall::internal

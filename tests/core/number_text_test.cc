@@ -4,6 +4,8 @@
 #include <iomanip>
 #include <limits>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -83,6 +85,18 @@ TEST(NumberText, AWholeTextIsANumberOrNone) {
   }
   EXPECT_EQ(ReadNumber<int>("1.5"), std::nullopt);
   EXPECT_EQ(ReadNumber<unsigned>("-1"), std::nullopt);
+  double value = 0.0;
+  EXPECT_TRUE(ParseNumber("1e3", &value));
+  EXPECT_EQ(value, 1000.0);
+  EXPECT_FALSE(ParseNumber("+1e3", &value));
+}
+
+TEST(NumberText, WordsAreWhatStandsBetweenSeparators) {
+  using Words = std::vector<std::string_view>;
+  EXPECT_EQ(SplitWords("\ta, b  c,", ", \t"), (Words{"a", "b", "c"}));
+  EXPECT_EQ(SplitWords("a,b", " "), (Words{"a,b"}));
+  EXPECT_EQ(SplitWords(" \t", " \t"), Words());
+  EXPECT_EQ(SplitWords("", " "), Words());
 }
 
 TEST(NumberText, DoesNotFollowTheGlobalLocaleOfStreams) {

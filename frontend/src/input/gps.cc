@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -51,25 +50,7 @@ class LocalFrame {
   Eigen::Matrix3d R_GE_;
 };
 
-std::vector<std::string_view> SplitFields(std::string_view line) {
-  constexpr std::string_view kBetween = ", \t\r";
-  std::vector<std::string_view> fields;
-  while (true) {
-    const std::size_t begin = line.find_first_not_of(kBetween);
-    if (begin == std::string_view::npos) return fields;
-    line.remove_prefix(begin);
-    const std::size_t end = std::min(line.find_first_of(kBetween), line.size());
-    fields.push_back(line.substr(0, end));
-    line.remove_prefix(end);
-  }
-}
-
-std::optional<double> ParseNumber(std::string_view text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
+constexpr std::string_view kBetweenGpsFields = ", \t\r";
 
 bool IsHeading(std::string_view line) {
   return std::isalpha(static_cast<unsigned char>(line.front())) != 0 && !line.starts_with("nan");
@@ -77,7 +58,7 @@ bool IsHeading(std::string_view line) {
 
 // Returns whether a column of this heading is a latitude, however its unit is written.
 bool NamesLatitude(std::string_view heading) {
-  for (const std::string_view field : SplitFields(heading)) {
+  for (const std::string_view field : SplitWords(heading, kBetweenGpsFields)) {
     std::string word;
     for (const char c : field) {
       if (c == '#' && word.empty()) continue;
@@ -90,7 +71,7 @@ bool NamesLatitude(std::string_view heading) {
 }
 
 GpsFix ParseFix(const std::filesystem::path& path, std::int64_t number, std::string_view line) {
-  const std::vector<std::string_view> fields = SplitFields(line);
+  const std::vector<std::string_view> fields = SplitWords(line, kBetweenGpsFields);
   if (fields.size() != 4 && fields.size() != 7) {
     throw IoError(path, number, "has " + std::to_string(fields.size()) + " fields; " + kForm);
   }
@@ -101,12 +82,10 @@ GpsFix ParseFix(const std::filesystem::path& path, std::int64_t number, std::str
   }
   std::vector<double> values;
   for (const std::string_view field : std::span(fields).subspan(1)) {
-    const std::optional<double> value = ParseNumber(field);
-    if (!value) {
+    if (!ParseNumber(field, &values.emplace_back())) {
       throw IoError(path, number,
                     "'" + std::string(field) + "' is not a number; correct the line or remove it");
     }
-    values.push_back(*value);
   }
   GpsFix fix{*stamp, {values[0], values[1], values[2]}, {2.5, 2.5, 5.0}};
   if (values.size() == 6) fix.sigma = {values[3], values[4], values[5]};

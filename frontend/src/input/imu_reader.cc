@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -55,26 +54,20 @@ struct RawRecording {
   bool decimal = false;  // some stamp has a decimal point or an exponent
 };
 
-template <typename T>
-bool ParseWhole(std::string_view text, T* value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *value);
-  return error == std::errc() && end == text.data() + text.size();
-}
-
 bool ParseRawStamp(std::string_view text, RawStamp* stamp) {
   const std::size_t point = text.find_first_of(".eE");
-  if (point == std::string_view::npos) return ParseWhole(text, &stamp->whole);
+  if (point == std::string_view::npos) return ParseNumber(text, &stamp->whole);
   if (text.find_first_of("eE") != std::string_view::npos || text.front() == '-') {
     double value = 0.0;
-    if (!ParseWhole(text, &value) || !(std::abs(value) < 9e18)) return false;
+    if (!ParseNumber(text, &value) || !(std::abs(value) < 9e18)) return false;
     stamp->whole = static_cast<std::int64_t>(std::floor(value));
     stamp->nano = static_cast<std::int64_t>((value - std::floor(value)) * 1e9);
     return true;
   }
   std::string fraction(text.substr(point + 1, 9));
   fraction.resize(9, '0');
-  return ParseWhole(text.substr(0, point), &stamp->whole) && stamp->whole >= 0 &&
-         fraction.front() != '-' && ParseWhole(std::string_view(fraction), &stamp->nano);
+  return ParseNumber(text.substr(0, point), &stamp->whole) && stamp->whole >= 0 &&
+         fraction.front() != '-' && ParseNumber(std::string_view(fraction), &stamp->nano);
 }
 
 // Parses the number of a field; an empty field becomes NaN, which is left out later. With
@@ -86,7 +79,7 @@ bool ParseField(std::string_view field, double* value) {
   }
   std::string text(field.starts_with('+') ? field.substr(1) : field);
   std::ranges::replace(text, ',', '.');
-  return ParseWhole(std::string_view(text), value);
+  return ParseNumber(std::string_view(text), value);
 }
 
 // named: the columns of a heading, if it names them; without it a line must hold exactly the fields
@@ -121,7 +114,7 @@ RawReading ParseLine(const std::filesystem::path& path, std::int64_t number,
   }
   if (columns.nanoseconds) {
     const std::string_view part = fields[*columns.nanoseconds];
-    if (!ParseWhole(part, &reading.stamp.nano) || reading.stamp.nano < 0 ||
+    if (!ParseNumber(part, &reading.stamp.nano) || reading.stamp.nano < 0 ||
         reading.stamp.nano >= kNano) {
       throw IoError(path, number,
                     "'" + std::string(part) + "' is no part of a second in nanoseconds");

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -102,9 +101,8 @@ constexpr std::array<ListUnit, 4> kListUnits{ListUnit{"seconds", 1'000'000'000},
 std::optional<std::int64_t> ParseWholeStamp(std::string_view text) {
   constexpr std::int64_t kLatest = std::numeric_limits<std::int64_t>::max() / 2;
   std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool whole = error == std::errc() && end == text.data() + text.size();
-  return whole && value >= -kLatest && value <= kLatest ? std::optional(value) : std::nullopt;
+  return ParseNumber(text, &value) && value >= -kLatest && value <= kLatest ? std::optional(value)
+                                                                            : std::nullopt;
 }
 
 // Returns the stamps, sorted, if all are whole numbers; else nothing.

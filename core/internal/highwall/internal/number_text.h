@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 // Locale-independent conversion of numbers to text and back: with a decimal point and without
 // thousands separators, whatever setlocale() and std::locale::global() have set in the process. The
@@ -22,6 +23,13 @@ std::string FixedText(double value, int decimals = 6);
 // As "%.<digits>g".
 std::string RoundedText(double value, int digits);
 
+// Returns false unless the whole text is one number, without blanks and a leading '+'.
+template <typename Number>
+bool ParseNumber(std::string_view text, Number* value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
 // Empty unless the whole text is one number. A leading '+' is accepted; blanks are not.
 template <typename Number>
 std::optional<Number> ReadNumber(std::string_view text) {
@@ -30,10 +38,11 @@ std::optional<Number> ReadNumber(std::string_view text) {
     if (text.starts_with('-')) return std::nullopt;
   }
   Number value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return value;
+  return ParseNumber(text, &value) ? std::optional(value) : std::nullopt;
 }
+
+// Returns the parts of a text between any of the separators; empty parts are left out.
+std::vector<std::string_view> SplitWords(std::string_view text, std::string_view separators);
 
 // String streams with the classic locale.
 class TextWriter : public std::ostringstream {
