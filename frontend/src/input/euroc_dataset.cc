@@ -23,6 +23,8 @@ namespace fs = std::filesystem;
 constexpr double kNearest = 0.4;          // [m]
 constexpr double kDisparitySigma = 0.25;  // [px] of semi-global matching in steps of 1/16
 
+using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;  // as OpenCV stores a matrix
+
 fs::path Root(const fs::path& directory) {
   return fs::exists(directory / "mav0") ? directory / "mav0" : directory;
 }
@@ -145,22 +147,6 @@ Trajectory ReadCameraPoses(const fs::path& path, const Pose& T_BC) {
   return truth;
 }
 
-cv::Mat ToMat(const Eigen::Matrix3d& R) {
-  cv::Mat mat(3, 3, CV_64F);
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) mat.at<double>(row, column) = R(row, column);
-  }
-  return mat;
-}
-
-Eigen::Matrix3d ToEigen(const cv::Mat& mat) {
-  Eigen::Matrix3d R;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) R(row, column) = mat.at<double>(row, column);
-  }
-  return R;
-}
-
 }  // namespace
 
 bool EurocDataset::IsOne(const std::filesystem::path& directory) {
@@ -199,7 +185,8 @@ void EurocDataset::Rectify() {
   const Pose T_RL = right.T_BS.Inverse() * left.T_BS;
   const Eigen::Vector3d p = T_RL.p();
   cv::Mat R1, R2, P1, P2, Q;
-  cv::stereoRectify(left.K, left.distortion, right.K, right.distortion, left.size, ToMat(T_RL.R()),
+  cv::stereoRectify(left.K, left.distortion, right.K, right.distortion, left.size,
+                    cv::Matx33d(RowMajor3(T_RL.R()).data()),
                     cv::Mat(cv::Vec3d(p.x(), p.y(), p.z())), R1, R2, P1, P2, Q,
                     cv::CALIB_ZERO_DISPARITY, 0.0);
   const double focal = P1.at<double>(0, 0);
@@ -209,7 +196,9 @@ void EurocDataset::Rectify() {
                               maps_[0].second);
   cv::initUndistortRectifyMap(right.K, right.distortion, R2, P2, right.size, CV_16SC2,
                               maps_[1].first, maps_[1].second);
-  T_BC_ = left.T_BS * Pose(Eigen::Quaterniond(ToEigen(R1)), Eigen::Vector3d::Zero()).Inverse();
+  T_BC_ = left.T_BS * Pose(Eigen::Quaterniond(Eigen::Map<const RowMajor3>(R1.ptr<double>())),
+                           Eigen::Vector3d::Zero())
+                          .Inverse();
   disparities_ =
       std::clamp(16 * static_cast<int>(std::ceil(focal_baseline_ / kNearest / 16.0)), 32, 256);
   RgbdSensor& sensor = calibration_.sensor;
