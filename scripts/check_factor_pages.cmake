@@ -3,8 +3,7 @@
 # Usage: cmake -D ROOT=<project> -P scripts/check_factor_pages.cmake
 cmake_minimum_required(VERSION 3.23)
 set(errors "")
-file(GLOB headers ${ROOT}/factors/include/highwall/factors/*.h
-     ${ROOT}/factors/internal/highwall/factors/*.h)
+file(GLOB headers ${ROOT}/factors/include/highwall/factors/*.h)
 if(NOT headers)
   message(FATAL_ERROR "no headers in ${ROOT}/factors/include/highwall/factors")
 endif()

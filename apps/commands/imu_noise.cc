@@ -16,7 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/factors/imu_noise_estimation.h>
+#include <highwall/frontend/calibration/imu_noise_estimation.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/imu_check.h>
 

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <string>
 
-#include <highwall/factors/imu_noise_estimation.h>
+#include <highwall/frontend/calibration/imu_noise_estimation.h>
 
 namespace highwall::apps {
 

@@ -141,7 +141,7 @@ TEST(BenchImu, ExplainsTheErrorsOnRealRecordings) {
   // Hand-held, with the densities of its data sheet.
   expect_explained("real_imu/tum_vi_room1", " --noise 1.6e-4,2.8e-3,2.2e-5,8.6e-4", 1.5);
   // A drone: the densities of its IMU with the motors idling
-  // (docs/factors/imu_noise_estimation.md).
+  // (docs/imu_noise_estimation.md).
   expect_explained("euroc_v101", " --noise 5.7e-4,7.2e-3,1.9e-5,3e-3", 1.3);
   expect_explained("real_imu/euroc_v202", " --noise 5.7e-4,7.2e-3,1.9e-5,3e-3", 2.0);
 }

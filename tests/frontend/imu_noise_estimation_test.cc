@@ -1,4 +1,4 @@
-#include <highwall/factors/imu_noise_estimation.h>
+#include <highwall/frontend/calibration/imu_noise_estimation.h>
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include <highwall/factors/imu_noise_estimation.h>
+#include <highwall/frontend/calibration/imu_noise_estimation.h>
 
 #include <algorithm>
 #include <optional>
@@ -114,10 +114,10 @@ std::vector<double> Axis(std::span<const ImuSample> samples, const ReadingRange&
 }
 
 // Empty if a curve has too few points.
-std::optional<SensorNoise> Estimate(std::span<const ImuSample> samples,
-                                    std::span<const ReadingRange> rest, double step,
-                                    Eigen::Vector3d ImuSample::*part,
-                                    const ImuNoiseEstimationOptions& options) {
+std::optional<SensorNoise> EstimateNoiseOf(std::span<const ImuSample> samples,
+                                           std::span<const ReadingRange> rest, double step,
+                                           Eigen::Vector3d ImuSample::*part,
+                                           const ImuNoiseEstimationOptions& options) {
   const AllanFitOptions fit{.min_tau = (options.min_readings - 0.5) * step,
                             .model_error = options.model_error};
   SensorNoise noise;
@@ -205,8 +205,9 @@ std::optional<ImuNoiseEstimate> EstimateImuNoise(std::span<const ImuSample> samp
   // Three octaves are needed, the longest a third of the stretch.
   const auto needed = static_cast<std::size_t>(12 * options.min_readings);
   if (longest < needed) return std::nullopt;
-  const auto gyroscope = Estimate(samples, parts, step, &ImuSample::gyroscope, options);
-  const auto accelerometer = Estimate(samples, parts, step, &ImuSample::accelerometer, options);
+  const auto gyroscope = EstimateNoiseOf(samples, parts, step, &ImuSample::gyroscope, options);
+  const auto accelerometer =
+      EstimateNoiseOf(samples, parts, step, &ImuSample::accelerometer, options);
   if (!gyroscope || !accelerometer) return std::nullopt;
   return ImuNoiseEstimate{.step = step, .gyroscope = *gyroscope, .accelerometer = *accelerometer};
 }

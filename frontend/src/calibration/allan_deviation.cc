@@ -1,4 +1,4 @@
-#include <highwall/factors/allan_deviation.h>
+#include <highwall/frontend/calibration/allan_deviation.h>
 
 #include <algorithm>
 #include <array>
