@@ -8,9 +8,9 @@
 #include <gtest/gtest.h>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/local/line_triangulation.h>
+#include <highwall/frontend/local/triangulation.h>
 
-#include "local/depthless_lines.h"
+#include "local/depthless_landmarks.h"
 #include "map/epipolar_line_matcher.h"
 #include "support/synthetic_scene.h"
 

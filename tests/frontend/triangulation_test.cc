@@ -7,7 +7,7 @@
 
 #include <highwall/frontend/local/triangulation.h>
 
-#include "local/depthless_points.h"
+#include "local/depthless_landmarks.h"
 #include "map/epipolar_matcher.h"
 #include "support/synthetic_scene.h"
 

@@ -1,10 +1,10 @@
-#include "local/depthless_lines.h"
+#include "local/depthless_landmarks.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <utility>
 
-#include <highwall/frontend/local/line_triangulation.h>
+#include <highwall/frontend/local/triangulation.h>
 
 #include "map/epipolar_line_matcher.h"
 

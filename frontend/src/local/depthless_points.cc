@@ -1,4 +1,4 @@
-#include "local/depthless_points.h"
+#include "local/depthless_landmarks.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/pose/pose_solver.h>
 
-#include "local/depthless_points.h"
+#include "local/depthless_landmarks.h"
 
 namespace highwall {
 namespace {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/local/line_triangulation.h>
+#include <highwall/frontend/local/triangulation.h>
 
 #include <algorithm>
 #include <array>

@@ -9,8 +9,6 @@
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/internal/background_job.h>
 
-#include "local/depthless_lines.h"
-#include "local/depthless_points.h"
 #include "local/landmark_kinds.h"
 #include "map/covisibility.h"
 #include "map/landmark_fusion.h"

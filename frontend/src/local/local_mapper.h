@@ -16,7 +16,7 @@
 
 #include "local/agreeing_views.h"
 #include "local/corner_refiner.h"
-#include "local/triangulation_options.h"
+#include "local/depthless_landmarks.h"
 #include "map/map_matcher.h"
 #include "map/map_stage.h"
 #include "tracking/tracked_frame.h"
