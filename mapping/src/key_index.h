@@ -22,7 +22,6 @@ class KeyIndex {
     }
     return slots_[slot].index;
   }
-  std::size_t MemoryBytes() const { return slots_.capacity() * sizeof(Slot); }
   // Removes all keys and keeps the memory.
   void Clear();
 

@@ -33,18 +33,16 @@ VoxelFilter::VoxelFilter(double voxel_size) : inverse_size_(1.0 / voxel_size) {
                    "voxel_size must be positive, is " + std::to_string(voxel_size));
 }
 
-bool VoxelFilter::Add(const ColoredPoint& point, std::uint32_t limit) {
+void VoxelFilter::Add(const ColoredPoint& point) {
   const std::optional<std::uint64_t> code = VoxelCode(point.p, inverse_size_);
-  if (!code) return false;
+  if (!code) return;
   const std::uint32_t voxel = index_.Insert(*code);
   if (voxel == sums_.size()) sums_.emplace_back();
   Sum& sum = sums_[voxel];
-  if (sum.count >= limit) return false;
   sum.p += point.p.cast<double>();
   sum.normal += point.normal;
   for (std::size_t i = 0; i < 3; ++i) sum.rgb[i] += point.rgb[i];
   ++sum.count;
-  return true;
 }
 
 std::vector<ColoredPoint> VoxelFilter::Points() const {
@@ -59,10 +57,6 @@ std::vector<ColoredPoint> VoxelFilter::Points() const {
     }
   }
   return points;
-}
-
-std::size_t VoxelFilter::MemoryBytes() const {
-  return index_.MemoryBytes() + sums_.capacity() * sizeof(Sum);
 }
 
 }  // namespace internal

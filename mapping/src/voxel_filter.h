@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -24,13 +23,10 @@ class VoxelFilter {
   // Throws InvalidArgument unless voxel_size [m] is positive.
   explicit VoxelFilter(double voxel_size);
 
-  // Adds a point; returns false without a change if its voxel already has `limit` points or does
-  // not exist.
-  bool Add(const ColoredPoint& point,
-           std::uint32_t limit = std::numeric_limits<std::uint32_t>::max());
+  // Adds a point; does nothing if its voxel does not exist.
+  void Add(const ColoredPoint& point);
   // Returns the means in the order in which the voxels first occurred.
   std::vector<ColoredPoint> Points() const;
-  std::size_t MemoryBytes() const;
 
  private:
   struct Sum {

@@ -56,13 +56,13 @@ ImuFinding Only(const std::vector<ImuSample>& samples, const VideoSpan& video = 
 }
 
 void ExpectWarning(const ImuFinding& finding, Kind kind, const std::string& text) {
-  EXPECT_EQ(finding.kind, kind) << ToString(finding.kind);
+  EXPECT_EQ(finding.kind, kind) << finding.text;
   EXPECT_EQ(finding.severity, ImuSeverity::kWarning);
   EXPECT_EQ(finding.text, text);
 }
 
 void ExpectFatal(const ImuFinding& finding, Kind kind, const std::string& text) {
-  EXPECT_EQ(finding.kind, kind) << ToString(finding.kind);
+  EXPECT_EQ(finding.kind, kind) << finding.text;
   EXPECT_EQ(finding.severity, ImuSeverity::kFatal);
   EXPECT_EQ(finding.text, text);
 }

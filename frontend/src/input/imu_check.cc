@@ -334,48 +334,6 @@ class Checker {
 
 }  // namespace
 
-const char* ToString(ImuFindingKind kind) {
-  switch (kind) {
-    case Kind::kEmpty:
-      return "empty";
-    case Kind::kNotFinite:
-      return "not_finite";
-    case Kind::kImpossible:
-      return "impossible";
-    case Kind::kOutOfOrder:
-      return "out_of_order";
-    case Kind::kDuplicates:
-      return "duplicates";
-    case Kind::kOtherClock:
-      return "other_clock";
-    case Kind::kStartsLate:
-      return "starts_late";
-    case Kind::kEndsEarly:
-      return "ends_early";
-    case Kind::kGaps:
-      return "gaps";
-    case Kind::kFrozenGyroscope:
-      return "frozen_gyroscope";
-    case Kind::kFrozenAccelerometer:
-      return "frozen_accelerometer";
-    case Kind::kGyroscopeInDegrees:
-      return "gyroscope_in_degrees";
-    case Kind::kAccelerometerInG:
-      return "accelerometer_in_g";
-    case Kind::kAccelerometerImplausible:
-      return "accelerometer_implausible";
-    case Kind::kGravityRemoved:
-      return "gravity_removed";
-    case Kind::kColumnsExchanged:
-      return "columns_exchanged";
-    case Kind::kAccelerometerReversed:
-      return "accelerometer_reversed";
-    case Kind::kRangeExceeded:
-      return "range_exceeded";
-  }
-  return "unknown";
-}
-
 void ImuCheckOptions::Validate() const {
   HIGHWALL_REQUIRE(max_step > 0.0,
                    "ImuCheckOptions::max_step must be positive, got " + FixedText(max_step));

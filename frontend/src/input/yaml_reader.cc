@@ -70,9 +70,6 @@ void YamlReader::Read(const std::string& key, double* value) {
 void YamlReader::Read(const std::string& key, int* value) {
   ReadAs(key, "an integer", value);
 }
-void YamlReader::Read(const std::string& key, bool* value) {
-  ReadAs(key, "true or false", value);
-}
 void YamlReader::Read(const std::string& key, std::string* value) {
   ReadAs(key, "a word", value);
 }

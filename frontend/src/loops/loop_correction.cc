@@ -4,7 +4,6 @@
 #include <string>
 
 #include <highwall/internal/number_text.h>
-#include <highwall/internal/stopwatch.h>
 
 #include "loops/submap_merge.h"
 #include "map/covisibility.h"
@@ -86,7 +85,6 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
   options.Validate();
   graph_options.Validate();
   LoopCorrectionResult result;
-  const Stopwatch watch;
   if (map->RootOf(loop.edge.match) != map->RootOf(loop.edge.keyframe)) {
     result.merge = PlanMerge(*map, loop.edge, graph_options, &result.message);
     if (!result.merge) return result;
@@ -95,11 +93,7 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
                              &result.by_factors, &result.message)) {
     return result;
   }
-  result.pose_graph_ms = watch.Milliseconds();
-
-  const Stopwatch fusion_watch;
   result.fusion = FuseSides(loop, MapMatcher(model), map);
-  result.fusion_ms = fusion_watch.Milliseconds();
   result.accepted = true;
   return result;
 }

@@ -23,7 +23,6 @@ struct LoopCorrectionResult {
   MapFusion fusion;       // the fused landmarks
   std::optional<SubmapMerge> merge;  // of unconnected submaps
   KeyFrameMoves by_factors;          // moves by the graph, if user factors took part in it
-  double pose_graph_ms = 0.0, fusion_ms = 0.0;
 };
 
 // Closes a loop between keyframes of the map: if it is consistent with the drift (LoopChi2), solves

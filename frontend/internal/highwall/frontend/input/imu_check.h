@@ -34,7 +34,6 @@ enum class ImuFindingKind {
   kAccelerometerReversed,     // reads gravity instead of the specific force
   kRangeExceeded,             // readings beyond the stated range of a sensor
 };
-const char* ToString(ImuFindingKind kind);
 
 enum class ImuSeverity {
   kWarning,  // the remaining readings, RepairImu(), are valid

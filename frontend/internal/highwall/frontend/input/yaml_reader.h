@@ -53,7 +53,6 @@ class YamlReader {
   // must be finite.
   void Read(const std::string& key, double* value);
   void Read(const std::string& key, int* value);
-  void Read(const std::string& key, bool* value);
   void Read(const std::string& key, std::string* value);
   // Reads a list of exactly as many finite numbers as `values` has elements.
   void Read(const std::string& key, std::span<double> values);
