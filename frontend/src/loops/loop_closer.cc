@@ -1,11 +1,12 @@
 #include "loops/loop_closer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <mutex>
 #include <stop_token>
 #include <utility>
+
+#include <highwall/internal/stopwatch.h>
 
 namespace highwall {
 
@@ -91,13 +92,12 @@ class LoopCloser::Job {
 
   void Put(Result result) {
     result.report.loop = loop_;
-    result.report.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    result.report.seconds = watch_.Seconds();
     const std::lock_guard lock(mutex_);
     results_.push_back(std::move(result));
   }
 
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  const Stopwatch watch_;
   Map map_;
   const Loop loop_;
   const SubmapId submap_;

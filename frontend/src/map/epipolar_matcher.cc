@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <optional>
 
+#include <highwall/core/so3.h>
 #include <highwall/frontend/features/orb_matcher.h>
 
 #include "map/best_pairs.h"
@@ -14,12 +15,8 @@ namespace {
 // The epipolar line in b's image [px], with unit normal, of the ray of `uv`.
 class EpipolarLines {
  public:
-  EpipolarLines(const PinholeCamera& camera, const Pose& T_BA) : camera_(camera) {
-    const Eigen::Vector3d t = T_BA.p();
-    Eigen::Matrix3d across;
-    across << 0.0, -t.z(), t.y(), t.z(), 0.0, -t.x(), -t.y(), t.x(), 0.0;
-    essential_ = across * T_BA.R();
-  }
+  EpipolarLines(const PinholeCamera& camera, const Pose& T_BA)
+      : camera_(camera), essential_(so3::Hat(T_BA.p()) * T_BA.R()) {}
 
   // Empty if the ray passes through b's camera.
   std::optional<Eigen::Vector3d> Of(const Eigen::Vector2d& uv) const {
@@ -34,7 +31,7 @@ class EpipolarLines {
 
  private:
   const PinholeCamera& camera_;
-  Eigen::Matrix3d essential_;
+  const Eigen::Matrix3d essential_;
 };
 
 // A corner of b to be matched.

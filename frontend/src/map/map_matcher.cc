@@ -6,6 +6,23 @@
 #include <highwall/frontend/features/line_matcher.h>
 
 namespace highwall {
+namespace {
+
+// Matches the descriptors of projected points.
+LandmarkMatches<MapPoint> Matched(const MeasurementModel& model, const FrameFeatures& features,
+                                  const std::vector<ProjectedPoint>& projections,
+                                  const std::vector<bool>& taken, double ratio) {
+  LandmarkMatches<MapPoint> matches;
+  for (const auto& m : MatchProjections(features, projections, taken,
+                                        {.max_hamming = model.options().max_hamming.projection,
+                                        .ratio = ratio,
+                                        .max_angle_diff = model.matching().max_angle_diff})) {
+    matches.emplace_back(m.feature, projections[static_cast<std::size_t>(m.projection)].id);
+  }
+  return matches;
+}
+
+}  // namespace
 
 int MapMatcher::PredictOctave(const MapPoint& point, double distance) const {
   const double octave =
@@ -37,15 +54,8 @@ LandmarkMatches<MapPoint> MapMatcher::MatchLast(const FrameFeatures& features, c
          .angle = seen.angle >= 0.0F ? std::optional(seen.angle) : std::nullopt,
          .descriptor = DescriptorRow(last.point_descriptors, static_cast<int>(i))});
   }
-  LandmarkMatches<MapPoint> matches;
   const std::vector<bool> none_taken(features.points.size(), false);
-  for (const auto& m : MatchProjections(features, projections, none_taken,
-                                        {.max_hamming = model_.options().max_hamming.projection,
-                                        .ratio = matching().motion_ratio,
-                                        .max_angle_diff = matching().max_angle_diff})) {
-    matches.emplace_back(m.feature, projections[static_cast<std::size_t>(m.projection)].id);
-  }
-  return matches;
+  return Matched(model_, features, projections, none_taken, matching().motion_ratio);
 }
 
 LandmarkMatches<MapPoint> MapMatcher::Match(const FrameFeatures& features, const Pose& T_WC,
@@ -81,14 +91,7 @@ LandmarkMatches<MapPoint> MapMatcher::Match(const FrameFeatures& features, const
                            .descriptor = point->descriptor});
     if (visible != nullptr) visible->push_back(id);
   }
-  LandmarkMatches<MapPoint> matches;
-  for (const auto& m : MatchProjections(features, projections, taken,
-                                        {.max_hamming = model_.options().max_hamming.projection,
-                                        .ratio = matching().map_ratio,
-                                        .max_angle_diff = matching().max_angle_diff})) {
-    matches.emplace_back(m.feature, projections[static_cast<std::size_t>(m.projection)].id);
-  }
-  return matches;
+  return Matched(model_, features, projections, taken, matching().map_ratio);
 }
 
 LandmarkMatches<MapLine> MapMatcher::Match(const FrameFeatures& features, const Pose& T_WC,
