@@ -12,7 +12,7 @@
 #include <vector>
 
 #include <highwall/frontend/input/open_dataset.h>
-#include <highwall/frontend/input/read_sensor.h>
+#include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/frontend/system/slam_system.h>
 

@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <string>
 
-#include <highwall/frontend/input/read_sensor.h>
 #include <highwall/frontend/input/sensor.h>
 
 namespace highwall::apps {

@@ -1,4 +1,4 @@
-#include <highwall/frontend/input/read_sensor.h>
+#include <highwall/frontend/input/sensor.h>
 
 #include <fstream>
 #include <functional>
