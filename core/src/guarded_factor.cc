@@ -34,6 +34,15 @@ std::string FaultOf(const double* values, int count) {
   return finite ? "that is too large to be squared" : "that is not finite";
 }
 
+// Necessary condition that can be checked without Jacobians and rarely holds.
+bool MayBeSilent(const ceres::CostFunction& factor, const double* residuals) {
+  const double* const end = residuals + factor.num_residuals();
+  return std::find(residuals, end, 0.0) != end &&
+         dynamic_cast<const SilentOutsideDomain*>(&factor) != nullptr;
+}
+
+}  // namespace
+
 bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* parameters,
                    double* residuals, double** jacobians) {
   try {
@@ -49,15 +58,6 @@ bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* param
   }
   return true;
 }
-
-// Necessary condition that can be checked without Jacobians and rarely holds.
-bool MayBeSilent(const ceres::CostFunction& factor, const double* residuals) {
-  const double* const end = residuals + factor.num_residuals();
-  return std::find(residuals, end, 0.0) != end &&
-         dynamic_cast<const SilentOutsideDomain*>(&factor) != nullptr;
-}
-
-}  // namespace
 
 std::uint64_t SilentRows(const ceres::CostFunction& factor, const double* residuals,
                          double* const* jacobians) {

@@ -20,6 +20,11 @@ std::string TypeName(const std::type_info& type);
 std::uint64_t SilentRows(const ceres::CostFunction& factor, const double* residuals,
                          double* const* jacobians);
 
+// Returns false if the factor cannot be evaluated, throws, or gives values that are not finite or
+// too large to be squared. jacobians: as in Evaluate().
+bool EvaluatesWell(const ceres::CostFunction& factor, double const* const* parameters,
+                   double* residuals, double** jacobians);
+
 // Replaces the values of a factor that cannot be evaluated.
 void FillWithZeros(const ceres::CostFunction& factor, double* residuals, double** jacobians);
 

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include <ceres/cost_function.h>
 #include <ceres/loss_function.h>
 #include <ceres/manifold.h>
-#include <ceres/problem.h>
+
+#include <highwall/core/variable.h>
 
 namespace highwall::internal {
 
@@ -41,13 +43,33 @@ struct LandmarkProblem {
   std::vector<Argument> arguments;
 };
 
-// The part of a problem that depends on `landmarks` (blocks that are not constant, no two of which
-// share a residual), and the remaining residuals. Both in the order of the problem's residuals; a
-// landmark without residuals is left out.
-struct SplitProblem {
-  LandmarkProblem landmarks;
-  std::vector<ceres::ResidualBlockId> others;
+// Makes a LandmarkProblem of the factors of a graph.
+class LandmarkProblemBuilder {
+ public:
+  struct Variable {
+    LandmarkProblem::Block block;
+    bool fixed = false;
+    bool landmark = false;
+  };
+  // variables: of the graph, by VariableId::index.
+  explicit LandmarkProblemBuilder(std::vector<Variable> variables);
+
+  // Adds a factor that depends on a landmark which is not fixed; no factor may depend on two. Does
+  // nothing and returns false for any other factor.
+  bool Add(const ceres::CostFunction& cost, const ceres::LossFunction* loss,
+           std::span<const VariableId> variables);
+
+  // Landmarks are in the order of the variables, factors and unknowns in the order in which they
+  // were added. A landmark without factors is left out.
+  LandmarkProblem Finish();
+
+ private:
+  const std::vector<Variable> variables_;
+  std::vector<int> unknown_of_;  // by variable; -1: not known yet
+  // One entry for each factor.
+  std::vector<LandmarkProblem::Factor> factors_;
+  std::vector<std::size_t> landmark_of_;  // index of its variable
+  LandmarkProblem problem_;
 };
-SplitProblem Split(const ceres::Problem& problem, const std::vector<double*>& landmarks);
 
 }  // namespace highwall::internal

@@ -82,25 +82,15 @@ ceres::Problem::Options SharedProblemOptions() {
   return options;
 }
 
-ProjectedProblem::ProjectedProblem(ceres::Problem& problem, const std::vector<double*>& landmarks,
-                                   FactorFaults* faults, VariableProjection::Memory* memory)
-    : ProjectedProblem(problem, Split(problem, landmarks), faults, memory) {}
-
-ProjectedProblem::ProjectedProblem(ceres::Problem& problem, SplitProblem split,
-                                   FactorFaults* faults, VariableProjection::Memory* memory)
+ProjectedProblem::ProjectedProblem(ceres::Problem& problem, LandmarkProblem landmarks,
+                                   std::vector<ceres::ResidualBlockId> others, FactorFaults* faults,
+                                   VariableProjection::Memory* memory)
     : problem_(problem),
-      others_(std::move(split.others)),
-      projection_(std::move(split.landmarks), faults, memory) {}
+      others_(std::move(others)),
+      projection_(std::move(landmarks), faults, memory) {}
 
 void ProjectedProblem::Solve(const ceres::Solver::Options& options,
                              ceres::Solver::Summary* summary) {
-  // No unknown is connected to a landmark: each landmark is a separate problem.
-  if (projection_.unknowns().empty()) {
-    ceres::Solver::Options apart = options;
-    apart.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    ceres::Solve(apart, &problem_, summary);
-    return;
-  }
   ceres::Problem others(SharedProblemOptions());
   std::vector<double*> blocks;
   const auto add = [&](ceres::CostFunction* cost, ceres::LossFunction* loss) {

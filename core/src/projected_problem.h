@@ -19,9 +19,11 @@ ceres::Problem::Options SharedProblemOptions();
 // set of constant blocks must outlive it and stay unchanged.
 class ProjectedProblem {
  public:
-  // landmarks: non-constant blocks, no two of which share a factor. memory: for one at a time.
-  ProjectedProblem(ceres::Problem& problem, const std::vector<double*>& landmarks,
-                   FactorFaults* faults, VariableProjection::Memory* memory);
+  // landmarks: with an unknown at least. others: the other residuals, which are in `problem` with
+  // all unknowns. memory: for one at a time.
+  ProjectedProblem(ceres::Problem& problem, LandmarkProblem landmarks,
+                   std::vector<ceres::ResidualBlockId> others, FactorFaults* faults,
+                   VariableProjection::Memory* memory);
 
   // Ceres solves for the other variables, with the landmark factors as one function of them.
   void Solve(const ceres::Solver::Options& options, ceres::Solver::Summary* summary);
@@ -34,9 +36,6 @@ class ProjectedProblem {
                                             const std::vector<const double*>& wanted) const;
 
  private:
-  ProjectedProblem(ceres::Problem& problem, SplitProblem split, FactorFaults* faults,
-                   VariableProjection::Memory* memory);
-
   ceres::Problem& problem_;
   std::vector<ceres::ResidualBlockId> others_;
   VariableProjection projection_;

@@ -48,7 +48,6 @@ std::unique_ptr<ceres::CostFunction> MakeStretched(const Eigen::Vector3d& z) {
 // sigma 1.
 struct Bundle {
   explicit Bundle(unsigned seed, double noise = 0.0, bool stretched = false) : random(seed) {
-    const auto loss = std::make_shared<ceres::HuberLoss>(0.05);
     if (stretched) {
       using Scalar = Eigen::Matrix<double, 1, 1>;
       scale = graph.AddVariable(1.1);
@@ -81,13 +80,42 @@ struct Bundle {
     out << p, q;
     return out;
   }
-  std::vector<double*> Landmarks() {
-    std::vector<double*> blocks;
-    for (const auto& point : points) blocks.push_back(graph.MutableBlock(point));
-    return blocks;
+  // The landmarks with their factors, and the residuals of the other factors.
+  struct Parts {
+    internal::LandmarkProblem landmarks;
+    std::vector<ceres::ResidualBlockId> others;
+  };
+  Parts Split() {
+    std::vector<VariableId> ids(poses.begin(), poses.end());
+    ids.insert(ids.end(), points.begin(), points.end());
+    if (graph.Contains(scale)) ids.push_back(scale);
+    std::vector<internal::LandmarkProblemBuilder::Variable> variables(graph.NumVariables());
+    ceres::Problem& problem = graph.problem();
+    for (const VariableId& id : ids) {
+      double* const block = graph.MutableBlock(id);
+      variables[id.index] = {{block, problem.ParameterBlockSize(block),
+                              problem.ParameterBlockTangentSize(block), problem.GetManifold(block)},
+                             graph.IsFixed(id),
+                             std::ranges::find(points, id) != points.end()};
+    }
+    internal::LandmarkProblemBuilder builder(variables);
+    for (const VariableId& point : points) {
+      for (const FactorId& factor : graph.FactorsOf(point)) {
+        EXPECT_TRUE(builder.Add(graph.Factor(factor), loss.get(), graph.VariablesOf(factor)));
+      }
+    }
+    Parts parts{builder.Finish(), {}};
+    problem.GetResidualBlocks(&parts.others);
+    std::erase_if(parts.others, [&](ceres::ResidualBlockId residual) {
+      std::vector<double*> blocks;
+      problem.GetParameterBlocksForResidualBlock(residual, &blocks);
+      return blocks.size() > 1;
+    });
+    return parts;
   }
 
   RandomStates random;
+  std::shared_ptr<ceres::LossFunction> loss = std::make_shared<ceres::HuberLoss>(0.05);
   FactorGraph graph;
   std::vector<Pose> truth;
   std::vector<Variable<Pose>> poses;
@@ -127,7 +155,7 @@ struct Reduced {
   Eigen::VectorXd g;
   double cost = 0.0;
 };
-Reduced SchurComplement(ceres::Problem& problem, const internal::SplitProblem& split) {
+Reduced SchurComplement(ceres::Problem& problem, const Bundle::Parts& split) {
   ceres::Problem::EvaluateOptions options;
   int unknowns = 0;
   for (const auto& block : split.landmarks.unknowns) {
@@ -157,12 +185,53 @@ Reduced SchurComplement(ceres::Problem& problem, const internal::SplitProblem& s
   return reduced;
 }
 
+// Landmarks and their factors enter the problem of Ceres only when something needs them there.
+TEST(VariableProjection, ItsProblemHoldsTheGraphAtEveryTime) {
+  Bundle bundle(3, 0.02);
+  FactorGraph& graph = bundle.graph;
+  const auto expect_whole = [&] {
+    double sum = 0.0;
+    std::size_t observations = 0;
+    for (const VariableId& point : bundle.points) {
+      if (!graph.Contains(point)) continue;
+      for (const FactorId& factor : graph.FactorsOf(point)) {
+        double rho[3];
+        bundle.loss->Evaluate(graph.SquaredError(factor), rho);
+        sum += 0.5 * rho[0];
+        ++observations;
+      }
+    }
+    sum += 0.5 * graph.SquaredError(graph.FactorsOf(bundle.poses[0]).front());  // the prior
+    EXPECT_EQ(graph.NumFactors(), observations + 1);
+    EXPECT_NEAR(graph.Cost(), sum, 1e-12 * sum);  // the order of the sum
+    EXPECT_EQ(graph.problem().NumResidualBlocks(), static_cast<int>(graph.NumFactors()));
+    EXPECT_EQ(graph.problem().NumParameterBlocks(), static_cast<int>(graph.NumVariables()));
+  };
+  const SolveOptions project = Exact(LinearSolver::kVariableProjection);
+  ASSERT_TRUE(graph.Solve(project).IsUsable());
+  expect_whole();
+  graph.Remove(bundle.points[2]);
+  graph.RemoveFactor(graph.FactorsOf(bundle.points[5]).back());
+  bundle.points.push_back(graph.AddLandmark(Point(0.3, 0.2, 2.0)));
+  for (int i = 0; i < 2; ++i) {
+    graph.AddFactor(MakeObservation(Point(0.1, 0.2, 2.0)), bundle.loss,
+                    bundle.poses[Bundle::Index(i)], bundle.points.back());
+  }
+  graph.Fix(bundle.points[7]);
+  ASSERT_TRUE(graph.Solve(project).IsUsable());
+  expect_whole();
+  EXPECT_TRUE(graph.problem().IsParameterBlockConstant(graph.Block(bundle.points[7])));
+  const double cost = graph.Cost();
+  ASSERT_TRUE(graph.Solve(Exact(LinearSolver::kDenseSchur)).IsUsable());
+  EXPECT_NEAR(graph.Cost(), cost, 1e-9 * cost);  // both are at the minimum
+}
+
 TEST(VariableProjection, HasTheCostTheGradientAndTheSchurComplementOfItsFactors) {
   for (const bool stretched : {false, true}) {
     Bundle bundle(1, 0.02, stretched);
     bundle.graph.Fix(bundle.poses[1]);
     ceres::Problem& problem = bundle.graph.problem();
-    const internal::SplitProblem split = internal::Split(problem, bundle.Landmarks());
+    const Bundle::Parts split = bundle.Split();
     const Reduced expected = SchurComplement(problem, split);
     ASSERT_EQ(split.landmarks.landmarks.size(), 12u);
     ASSERT_EQ(split.others.size(), stretched ? 2u : 1u);  // priors

@@ -153,9 +153,9 @@ class FactorGraph {
   double* MutableBlock(const VariableId& variable);
   VariableId FindVariable(const double* block) const;
 
-  // The underlying problem, to evaluate, linearize or solve it by other means. Add and remove
-  // through the graph only. Its cost functions are wrappers of the factors: see FindVariable and
-  // Factor.
+  // The underlying problem, to evaluate, linearize or solve it by other means. It holds what is in
+  // the graph at the time of the call. Add, remove, fix and unfix through the graph only. Its cost
+  // functions are wrappers of the factors: see FindVariable and Factor.
   ceres::Problem& problem();
   const ceres::Problem& problem() const;
 

@@ -1,0 +1,178 @@
+#include <highwall/core/factor_graph.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include <ceres/solver.h>
+
+#include <highwall/internal/quiet_glog.h>
+#include "factor_graph_impl.h"
+#include "projected_problem.h"
+#include "solve_callback.h"
+
+namespace highwall {
+namespace {
+
+// Reduced systems up to this many tangent dimensions are solved densely.
+constexpr int kMaxDenseDimensions = 400;
+
+ceres::LinearSolverType ToCeres(LinearSolver solver, bool has_landmarks, int other_dimensions) {
+  switch (solver) {
+    case LinearSolver::kDenseCholesky:
+      return ceres::DENSE_NORMAL_CHOLESKY;
+    case LinearSolver::kSparseCholesky:
+      return ceres::SPARSE_NORMAL_CHOLESKY;
+    case LinearSolver::kDenseSchur:
+      return ceres::DENSE_SCHUR;
+    case LinearSolver::kSparseSchur:
+      return ceres::SPARSE_SCHUR;
+    case LinearSolver::kVariableProjection:  // without landmarks
+    case LinearSolver::kAuto:
+      break;
+  }
+  const bool dense = other_dimensions <= kMaxDenseDimensions;
+  if (has_landmarks) return dense ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
+  return dense ? ceres::DENSE_NORMAL_CHOLESKY : ceres::SPARSE_NORMAL_CHOLESKY;
+}
+
+ceres::Solver::Options ToCeres(const SolveOptions& options) {
+  ceres::Solver::Options solver;
+  solver.max_num_iterations = options.max_iterations;
+  solver.max_solver_time_in_seconds = options.max_seconds;
+  solver.num_threads = options.threads;
+  solver.function_tolerance = options.function_tolerance;
+  solver.gradient_tolerance = options.gradient_tolerance;
+  solver.parameter_tolerance = options.parameter_tolerance;
+  solver.initial_trust_region_radius = options.initial_trust_region_radius;
+  solver.max_trust_region_radius =
+      std::max(solver.max_trust_region_radius, options.initial_trust_region_radius);
+  solver.logging_type = ceres::SILENT;
+  return solver;
+}
+
+SolveStatus ToStatus(ceres::TerminationType type) {
+  switch (type) {
+    case ceres::CONVERGENCE:
+      return SolveStatus::kConverged;
+    case ceres::NO_CONVERGENCE:
+      return SolveStatus::kLimit;
+    case ceres::USER_SUCCESS:
+      return SolveStatus::kStopped;
+    default:
+      return SolveStatus::kFailed;
+  }
+}
+
+}  // namespace
+
+SolveSummary FactorGraph::Impl::Summarize(const ceres::Solver::Summary& ceres_summary) {
+  SolveSummary summary;
+  summary.status = ToStatus(ceres_summary.termination_type);
+  summary.message = ceres_summary.message;
+  if (!summary.IsUsable()) {
+    const std::string fault = faults.last != nullptr ? FirstFault() : FirstUndetermined();
+    if (!fault.empty()) summary.message = fault;
+  }
+  summary.initial_cost = ceres_summary.initial_cost;
+  summary.final_cost = ceres_summary.final_cost;
+  summary.iterations =
+      std::max(0, ceres_summary.num_successful_steps) +  // -1 if there was nothing to solve
+      std::max(0, ceres_summary.num_unsuccessful_steps);
+  summary.rejected_steps = std::max(0, ceres_summary.num_unsuccessful_steps);
+  summary.seconds = ceres_summary.total_time_in_seconds;
+  return summary;
+}
+
+SolveSummary FactorGraph::Solve(const SolveOptions& options) {
+  std::optional<Eigen::MatrixXd> none;
+  return SolveWithCovariance(options, {}, &none);
+}
+
+SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
+                                              std::span<const VariableId> variables,
+                                              std::optional<Eigen::MatrixXd>* covariance) {
+  options.Validate();
+  covariance->reset();
+  const Impl::Unknowns unknowns = impl_->FindUnknowns();
+  const bool has_landmarks = unknowns.HasLandmarks();
+  const int dimensions = unknowns.other_dimensions;
+  const bool project =
+      options.linear_solver == LinearSolver::kVariableProjection && has_landmarks && dimensions > 0;
+  ceres::Solver::Options solver = ToCeres(options);
+  solver.linear_solver_type = ToCeres(options.linear_solver, has_landmarks && !project, dimensions);
+  // The choice of eliminated blocks is left to Ceres, which finds the landmarks by itself: it would
+  // sort a given set by address, and runs would no longer be bit-identical.
+  if ((project || ceres::IsSchurType(solver.linear_solver_type)) &&
+      impl_->LandmarksDependOnEachOther()) {
+    SolveSummary refused;
+    refused.message = "a factor joins two landmarks: they are not an independent set";
+    return refused;
+  }
+
+  internal::SolveCallback callback(options, impl_->faults, project);
+  solver.callbacks.push_back(&callback);
+  std::optional<internal::ProjectedProblem> projected;
+  if (project) {
+    std::vector<ceres::ResidualBlockId> others;
+    internal::LandmarkProblem landmarks = impl_->Split(&others);
+    // No unknown is connected to a landmark: each landmark is a separate problem.
+    if (landmarks.unknowns.empty()) {
+      solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    } else {
+      projected.emplace(impl_->problem, std::move(landmarks), std::move(others), &impl_->faults,
+                        &impl_->projection_memory);
+    }
+  }
+  if (!projected) impl_->CompleteProblem();
+  ceres::Solver::Summary ceres_summary;
+  impl_->faults.last = nullptr;
+  impl_->faults.must_stop = false;
+  impl_->faults.solving = true;
+  ++impl_->faults.solve;
+  {
+    const internal::QuietGlog quiet;
+    if (projected) {
+      projected->Solve(solver, &ceres_summary);
+    } else {
+      ceres::Solve(solver, &impl_->problem, &ceres_summary);
+    }
+  }
+  impl_->faults.solving = false;
+  SolveSummary summary = impl_->Summarize(ceres_summary);
+  if (callback.converged() && summary.IsUsable()) {
+    summary.status = SolveStatus::kConverged;
+    summary.message = "the last step was foretold to gain less than function_tolerance";
+  }
+  if (projected && !variables.empty() && summary.IsUsable()) {
+    *covariance = impl_->CovarianceOf(variables, *projected, unknowns);
+  }
+  return summary;
+}
+
+std::optional<Eigen::MatrixXd> FactorGraph::Covariance(
+    std::span<const VariableId> variables) const {
+  std::vector<double*> wanted;
+  for (const VariableId& id : variables) wanted.push_back(impl_->At(id).block);
+  impl_->CompleteProblem();
+  return internal::TangentCovariance(impl_->problem, impl_->FindUnknowns().all, wanted);
+}
+
+std::string FactorGraph::Undetermined() const {
+  return impl_->FirstUndetermined();
+}
+
+std::optional<Eigen::MatrixXd> FactorGraph::ReducedCovariance(
+    std::span<const VariableId> variables) const {
+  const Impl::Unknowns unknowns = impl_->FindUnknowns();
+  if (!unknowns.HasLandmarks() || impl_->LandmarksDependOnEachOther()) return std::nullopt;
+  impl_->faults.last = nullptr;
+  std::vector<ceres::ResidualBlockId> others;
+  internal::LandmarkProblem landmarks = impl_->Split(&others);
+  const internal::ProjectedProblem projected(impl_->problem, std::move(landmarks),
+                                             std::move(others), &impl_->faults,
+                                             &impl_->projection_memory);
+  return impl_->CovarianceOf(variables, projected, unknowns);
+}
+
+}  // namespace highwall
