@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include <time.h>
 #include <unistd.h>
 
 #include <benchmark/benchmark.h>
@@ -13,18 +12,12 @@
 #include <ceres/problem.h>
 
 #include <highwall/core/marginalization.h>
+#include <highwall/internal/processor_time.h>
 
 #include "support/simulated_window.h"
 
 namespace highwall::smoother_bench {
 namespace {
-
-// Returns processor time, which is independent of the other load of the machine.
-double CpuSeconds() {
-  timespec time{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 double ResidentMegabytes() {
   std::ifstream file("/proc/self/statm");
@@ -64,9 +57,9 @@ void SmootherUpdate(benchmark::State& state) {
   double iterations = 0.0;
   for (auto _ : state) {
     simulation.AddKeyframe(&smoother);
-    const double before = CpuSeconds();
+    const double before = ProcessProcessorSeconds();
     const UpdateReport report = smoother.Update();
-    cpu.push_back(1e3 * (CpuSeconds() - before));
+    cpu.push_back(1e3 * (ProcessProcessorSeconds() - before));
     if (!report.accepted) {
       state.SkipWithError(report.message.c_str());
       break;

@@ -1,7 +1,6 @@
 #pragma once
 
-#include <ctime>
-
+#include <highwall/internal/processor_time.h>
 #include <highwall/internal/stopwatch.h>
 
 namespace highwall::bench {
@@ -17,14 +16,9 @@ double WallSeconds(const Work& work) {
 // Returns the processor time of `work` in the calling thread [s].
 template <typename Work>
 double ThreadSeconds(const Work& work) {
-  const auto now = [] {
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-  };
-  const double start = now();
+  const double start = ThreadProcessorSeconds();
   work();
-  return now() - start;
+  return ThreadProcessorSeconds() - start;
 }
 
 }  // namespace highwall::bench

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <highwall/internal/background_worker.h>
+#include <highwall/internal/run_profile.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
@@ -15,12 +16,14 @@ namespace [[gnu::visibility("default")]] highwall {
 class BackgroundTask {
  public:
   // work: see BackgroundWorker. Without `background` it is finished when the constructor returns.
-  BackgroundTask(bool background, const BackgroundWorker::Work& work) {
+  // label: of the thread.
+  BackgroundTask(bool background, const BackgroundWorker::Work& work,
+                 const ThreadLabel& label = {}) {
     if (!background) {
       work({});
       return;
     }
-    worker_.emplace(1);
+    worker_.emplace(1, BackgroundWorker::IdleTask(), label);
     worker_->Post(work);
   }
 

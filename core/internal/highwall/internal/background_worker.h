@@ -9,6 +9,8 @@
 #include <stop_token>
 #include <thread>
 
+#include <highwall/internal/run_profile.h>
+
 namespace [[gnu::visibility("default")]] highwall {
 
 // A thread that runs tasks in the order of Post() and, while there are none, an idle task in small
@@ -26,8 +28,9 @@ class BackgroundWorker {
 
   // backlog: >= 1 tasks that may wait, else InvalidArgument. idle_task: the idle task, called
   // repeatedly while no task waits, until it returns false; then again only after the next task;
-  // may be empty.
-  explicit BackgroundWorker(std::size_t backlog, IdleTask idle_task = {});
+  // may be empty. label: of the thread.
+  explicit BackgroundWorker(std::size_t backlog, IdleTask idle_task = {},
+                            const ThreadLabel& label = {});
   // Requests a stop of the running task, waits for it, and drops the waiting tasks.
   ~BackgroundWorker();
 

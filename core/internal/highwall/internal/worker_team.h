@@ -10,6 +10,8 @@
 #include <thread>
 #include <vector>
 
+#include <highwall/internal/run_profile.h>
+
 namespace [[gnu::visibility("default")]] highwall {
 
 // A thread pool for tasks that are shorter than the start of a thread. Any free worker takes the
@@ -21,7 +23,8 @@ class WorkerTeam {
   using Work = std::function<void(std::size_t worker, std::size_t task)>;
 
   // workers: >= 1. Worker 0 is the caller of Run(), each other worker has its own thread.
-  explicit WorkerTeam(std::size_t workers);
+  // label: of these threads.
+  explicit WorkerTeam(std::size_t workers, const ThreadLabel& label = {});
 
   // Runs tasks 0, 1, ..., `tasks` - 1 in parallel, started in this order; returns when all are
   // finished. Rethrows an exception of a task. Must not be called from two threads concurrently.
