@@ -9,6 +9,7 @@
 
 #include <highwall/frontend/calibration/camera_calibration.h>
 #include <highwall/frontend/local/bundle_adjustment.h>
+#include <highwall/internal/stage_timer.h>
 
 #include "features/corrected_depth.h"
 #include "map/map_edit.h"
@@ -55,7 +56,9 @@ class DepthDistortionEstimator::Job {
         bundle_(finder.bundle_),
         known_sigma_(finder.sigma_),
         solver_threads_(std::max(1, finder.threads_)),
-        task_(finder.threads_ > 0, [this](const std::stop_token& stop) { Run(stop); }) {}
+        profile_(finder.profile_),
+        task_(finder.threads_ > 0, [this](const std::stop_token& stop) { Run(stop); },
+              {"depth pattern", profile_}) {}
 
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }
@@ -76,6 +79,7 @@ class DepthDistortionEstimator::Job {
 
  private:
   void Run(const std::stop_token& stop) {
+    const StageTimer timer(profile_, "depth pattern");
     const std::optional<DepthPattern> pattern = Find();
     if (pattern && !stop.stop_requested()) Adjust(*pattern, stop);
     map_ = Map();  // as large as the map itself
@@ -116,17 +120,19 @@ class DepthDistortionEstimator::Job {
   double sigma_ = 0.0;  // [1/m] of the new pattern
   DepthPattern found_;
   MapEdit correction_;
+  RunProfile* const profile_;
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
 DepthDistortionEstimator::DepthDistortionEstimator(const PinholeCamera& camera,
                                                    const DepthPatternOptions& options,
                                                    const BundleAdjustmentOptions& bundle,
-                                                   int threads)
+                                                   int threads, RunProfile* profile)
     : camera_(camera),
       options_((options.Validate(), options)),
       bundle_(bundle),
       threads_(threads),
+      profile_(profile),
       next_(kFirst) {}
 
 DepthDistortionEstimator::~DepthDistortionEstimator() = default;

@@ -22,9 +22,11 @@ namespace highwall {
 class DepthDistortionEstimator final : public MapStage {
  public:
   // camera: with its distortion. bundle: options of the adjustment of a corrected map. threads: of
-  // its solver, on a thread of its own; 0: computes before Begin() returns.
+  // its solver, on a thread of its own; 0: computes before Begin() returns. profile: null: none;
+  // must outlive the estimator.
   DepthDistortionEstimator(const PinholeCamera& camera, const DepthPatternOptions& options,
-                           const BundleAdjustmentOptions& bundle, int threads = 2);
+                           const BundleAdjustmentOptions& bundle, int threads = 2,
+                           RunProfile* profile = nullptr);
   // Requests a stop of work that has not ended, and waits for it.
   ~DepthDistortionEstimator() override;
   DepthDistortionEstimator(const DepthDistortionEstimator&) = delete;
@@ -54,6 +56,7 @@ class DepthDistortionEstimator final : public MapStage {
   const DepthPatternOptions options_;
   const BundleAdjustmentOptions bundle_;
   const int threads_;
+  RunProfile* const profile_;
   DepthPattern pattern_;
   std::optional<double> sigma_;  // [1/m] RMS of the standard deviations of the estimated pattern
   std::size_t next_;             // keyframes of a world at which the next search begins

@@ -12,7 +12,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/features/lbd_line_extractor.h>
 #include <highwall/frontend/features/make_point_extractor.h>
-#include <highwall/internal/stopwatch.h>
+#include <highwall/internal/stage_timer.h>
 #include <highwall/internal/worker_team.h>
 
 #include "features/line_validation.h"
@@ -76,7 +76,7 @@ const FeatureType& Sound(const FeatureType& kind) {
 FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
                            std::shared_ptr<PointExtractor> points,
                            std::shared_ptr<LineExtractor> lines, bool parallel,
-                           double depth_spread_share)
+                           double depth_spread_share, RunProfile* profile)
     : sensor_(sensor),
       options_(options),
       depth_spread_share_(depth_spread_share),
@@ -84,11 +84,12 @@ FrameBuilder::FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& 
       descriptor_bits_(Sound(feature_type()).descriptor, feature_type().columns),
       users_lines_(lines != nullptr),
       lines_(lines ? std::move(lines) : std::make_shared<LbdLineExtractor>(options.lines)),
-      depth_grid_(sensor.camera) {
+      depth_grid_(sensor.camera),
+      profile_(profile) {
   sensor_.Validate();
   options_.Validate();
   const bool both = options.use_lines && options.use_points;
-  team_ = std::make_unique<WorkerTeam>(parallel && both ? 2 : 1);
+  team_ = std::make_unique<WorkerTeam>(parallel && both ? 2 : 1, ThreadLabel{"features", profile});
 }
 
 FrameBuilder::~FrameBuilder() = default;
@@ -124,14 +125,10 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(RgbdImage* image,
   features->gray_grid = depth_grid_.Average(gray);
   features->gray = gray;
   FrameBuilderTimes elapsed;
-  const auto timed = [](double& milliseconds, const auto& work) {
-    const Stopwatch watch;
-    work();
-    milliseconds += watch.Milliseconds();
-  };
   ExtractedPoints points;
   LineFeatures lines;
   const auto change_depth = [&] {
+    const StageTimer timer(profile_, "depth");
     if (change) image->depth = change(image->depth);
     features->depth_grid = depth_grid_.Sample(image->depth, sensor_.min_depth, sensor_.max_depth);
   };
@@ -144,17 +141,21 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(RgbdImage* image,
   // Lines take longer: they come first, since the caller starts with the first task immediately.
   team_->Run(2, [&](std::size_t, std::size_t task) {
     if (task == 0) {
-      timed(elapsed.lines, extract_lines);
+      const StageTimer timer(profile_, "lines", &elapsed.lines);
+      extract_lines();
     } else {
       change_depth();
-      timed(elapsed.points, extract_points);
+      const StageTimer timer(profile_, "points", &elapsed.points);
+      extract_points();
     }
   });
   team_->Run(2, [&](std::size_t, std::size_t task) {
     if (task == 0) {
-      timed(elapsed.lines, [&] { BuildLines(std::move(lines), image->depth, *features); });
+      const StageTimer timer(profile_, "lines", &elapsed.lines);
+      BuildLines(std::move(lines), image->depth, *features);
     } else if (options_.use_points) {
-      timed(elapsed.points, [&] { BuildPoints(std::move(points), image->depth, *features); });
+      const StageTimer timer(profile_, "points", &elapsed.points);
+      BuildPoints(std::move(points), image->depth, *features);
     }
   });
   if (times != nullptr) *times = elapsed;

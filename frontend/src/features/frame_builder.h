@@ -17,6 +17,7 @@
 
 namespace highwall {
 
+class RunProfile;
 class WorkerTeam;
 
 // Share of the depth spread among a corner's neighbouring pixels that is added to its depth noise:
@@ -34,11 +35,12 @@ struct FrameBuilderTimes {
 class FrameBuilder {
  public:
   // points, lines: the extractors; null: those of the options. parallel: points and lines on two
-  // threads; the result is the same. Throws InvalidArgument for bad options.
+  // threads; the result is the same. profile: null: none; must outlive the builder. Throws
+  // InvalidArgument for bad options.
   FrameBuilder(const RgbdSensor& sensor, const FrameBuilderOptions& options,
                std::shared_ptr<PointExtractor> points = nullptr,
                std::shared_ptr<LineExtractor> lines = nullptr, bool parallel = true,
-               double depth_spread_share = kDepthSpreadShare);
+               double depth_spread_share = kDepthSpreadShare, RunProfile* profile = nullptr);
   ~FrameBuilder();
 
   // Throws InvalidArgument if the images do not match the sensor; so does Build(), and also if the
@@ -70,6 +72,7 @@ class FrameBuilder {
   bool users_lines_;  // by a user-defined extractor, whose lines are validated
   std::shared_ptr<LineExtractor> lines_;
   DepthGrid depth_grid_;
+  RunProfile* profile_;
   // Not a thread per image: OpenCV does not release thread-local data when a thread ends.
   std::unique_ptr<WorkerTeam> team_;
 };

@@ -6,8 +6,9 @@ namespace highwall {
 
 InertialOdometry::InertialOdometry(const ImuCalibration& calibration,
                                    const InertialOptions& options,
-                                   const std::optional<MeasurementModel>& model, bool background)
-    : impl_(std::make_unique<Impl>(calibration, options, model, background)) {}
+                                   const std::optional<MeasurementModel>& model, bool background,
+                                   RunProfile* profile)
+    : impl_(std::make_unique<Impl>(calibration, options, model, background, profile)) {}
 
 InertialOdometry::~InertialOdometry() = default;
 InertialOdometry::InertialOdometry(InertialOdometry&&) noexcept = default;

@@ -106,11 +106,13 @@ std::string Explain(const InitializationReport& report) {
 }  // namespace
 
 InertialOdometry::Impl::Impl(const ImuCalibration& calibration, const InertialOptions& options,
-                             const std::optional<MeasurementModel>& model, bool background)
+                             const std::optional<MeasurementModel>& model, bool background,
+                             RunProfile* profile)
     : calibration_(WithFasterWalks((calibration.Validate(), calibration))),
       options_((options.Validate(), options)),
       model_(model),
       background_(background),
+      profile_(profile),
       buffer_(options.buffer),
       initializer_(calibration_, options.initializer, options.estimate_time_offset,
                    ExtrinsicsSigma(options)),
@@ -261,7 +263,7 @@ void InertialOdometry::Impl::StartTight(const InertialPrior& prior) {
   if (options_.coupling != InertialCoupling::kTight || !model_) return;
   auto window = VisualInertialWindow::Make(calibration_, *model_, options_, prior);
   if (!window) return;  // the loosely coupled smoother continues alone
-  tight_.Put(std::make_unique<TightCoupling>(options_, std::move(*window), background_));
+  tight_.Put(std::make_unique<TightCoupling>(options_, std::move(*window), background_, profile_));
 }
 
 bool InertialOdometry::Impl::Start(const InertialPrior& prior) {

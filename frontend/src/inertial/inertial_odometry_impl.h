@@ -22,7 +22,7 @@ namespace highwall {
 class InertialOdometry::Impl {
  public:
   Impl(const ImuCalibration& calibration, const InertialOptions& options,
-       const std::optional<MeasurementModel>& model, bool background);
+       const std::optional<MeasurementModel>& model, bool background, RunProfile* profile);
 
   ImuSampleStatus AddSample(const ImuSample& sample) { return buffer_.Add(sample); }
   std::optional<Eigen::Vector3d> UpInCamera(Stamp image) const;
@@ -87,6 +87,7 @@ class InertialOdometry::Impl {
   InertialOptions options_;
   std::optional<MeasurementModel> model_;
   bool background_;  // the tightly coupled smoother is on a thread of its own
+  RunProfile* profile_;
   ImuBuffer buffer_;
   InertialInitializer initializer_;
   ImuWeight weight_;

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include <highwall/internal/stopwatch.h>
+#include <highwall/internal/stage_timer.h>
 
 namespace highwall {
 namespace {
@@ -12,8 +12,8 @@ constexpr double kStampJitter = 5e-3;  // [s] by which an image may be early for
 }  // namespace
 
 TightCoupling::TightCoupling(const InertialOptions& options, VisualInertialWindow window,
-                             bool background)
-    : options_(options), background_(background), window_(std::move(window)) {}
+                             bool background, RunProfile* profile)
+    : options_(options), background_(background), profile_(profile), window_(std::move(window)) {}
 
 void TightCoupling::Add(Image image, const Pose& T_WM, const std::function<SeenLandmarks()>& see) {
   pending_ = pending_ ? pending_->Joined(image.imu) : image.imu;
@@ -35,11 +35,13 @@ void TightCoupling::Add(Image image, const Pose& T_WM, const std::function<SeenL
   weighed_ = 0.0;
   since_.clear();
   failed_ = true;  // unless the following returns
-  task_.emplace(background_, [this](const std::stop_token& stop) {
-    const Stopwatch watch;
-    work_->update.accepted = window_.Add(work_->step, stop, &work_->update.reason);
-    work_->update.milliseconds = watch.Milliseconds();
-  });
+  task_.emplace(
+      background_,
+      [this](const std::stop_token& stop) {
+        const StageTimer timer(profile_, "inertial window", &work_->update.milliseconds);
+        work_->update.accepted = window_.Add(work_->step, stop, &work_->update.reason);
+      },
+      ThreadLabel{"inertial window", profile_});
   failed_ = false;
 }
 

@@ -45,9 +45,9 @@ class TightCoupling {
   };
 
   // window: made with the same options. background: on a thread of its own; otherwise Add() waits
-  // for it, and every run gives the same result.
-  TightCoupling(const InertialOptions& options, VisualInertialWindow window,
-                bool background = true);
+  // for it, and every run gives the same result. profile: null: none; must outlive this object.
+  TightCoupling(const InertialOptions& options, VisualInertialWindow window, bool background = true,
+                RunProfile* profile = nullptr);
 
   // Adds an image. T_WM: pose of the map. see: returns its map observations, called only if a state
   // is due; empty without images, while readings accumulate.
@@ -74,6 +74,7 @@ class TightCoupling {
 
   InertialOptions options_;
   bool background_;
+  RunProfile* profile_;
   VisualInertialWindow window_;
   std::optional<ImuPreintegration> pending_;  // the readings since its newest state
   double weighed_ = 0.0;                      // [s] integral of the weight over their time

@@ -3,16 +3,46 @@
 #include <algorithm>
 #include <utility>
 
+#include <highwall/internal/processor_time.h>
+#include <highwall/internal/stage_timer.h>
+
 namespace highwall {
+namespace {
+
+// Counts the processor time of decoding, which takes place on any thread.
+class DecodingTimer {
+ public:
+  explicit DecodingTimer(RunProfile* profile) : profile_(profile), stage_(profile, "decoding") {
+    if (profile_ != nullptr) begin_ = ThreadProcessorSeconds();
+  }
+  ~DecodingTimer() {
+    if (profile_ != nullptr) profile_->AddDecoding(ThreadProcessorSeconds() - begin_);
+  }
+  DecodingTimer(const DecodingTimer&) = delete;
+  DecodingTimer& operator=(const DecodingTimer&) = delete;
+
+ private:
+  RunProfile* const profile_;
+  const StageTimer stage_;
+  double begin_ = 0.0;  // [s]
+};
+
+}  // namespace
 
 FrameReader::FrameReader(const Dataset& dataset, const FrameReaderOptions& options)
     : dataset_(dataset),
       begin_(std::min(options.begin, dataset.size())),
       end_(std::clamp(options.end, begin_, dataset.size())),
       prefetch_(options.prefetch),
+      profile_(options.profile),
       next_load_(begin_) {
   if (prefetch_ > 0) {
-    thread_ = std::jthread([this](const std::stop_token& stop) { Prefetch(stop); });
+    thread_ = std::jthread([this](const std::stop_token& stop) {
+      const ThreadLabel label{"decoding", profile_};
+      NameThread(label.name);
+      const ProfiledThread profiled(label);
+      Prefetch(stop);
+    });
   }
 }
 
@@ -35,6 +65,7 @@ std::optional<RgbdImage> FrameReader::Next() {
 }
 
 FrameReader::Slot FrameReader::LoadNext() {
+  const DecodingTimer timer(profile_);
   while (next_load_ < end_) {
     const std::size_t index = next_load_++;
     if (std::optional<RgbdImage> image = dataset_.Load(index)) return {index, std::move(image), {}};

@@ -8,6 +8,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/internal/background_job.h>
+#include <highwall/internal/stage_timer.h>
 
 #include "local/landmark_kinds.h"
 #include "map/covisibility.h"
@@ -62,11 +63,17 @@ int Between(KeyFrameId older, KeyFrameId newer) {
 // The adjustment around a keyframe, synchronous or on a thread of its own.
 class LocalMapper::Adjustment {
  public:
-  Adjustment(const KeyFrame& keyframe, std::unique_ptr<BundleAdjuster> bundle, bool background)
+  Adjustment(const KeyFrame& keyframe, std::unique_ptr<BundleAdjuster> bundle, bool background,
+             RunProfile* profile)
       : keyframe_(keyframe.id),
         submap_(keyframe.submap),
         bundle_(std::move(bundle)),
-        task_(background, [this](const std::stop_token& stop) { bundle_->Solve(stop); }) {}
+        task_(background,
+              [this, profile](const std::stop_token& stop) {
+                const StageTimer timer(profile, "local adjustment");
+                bundle_->Solve(stop);
+              },
+              {"local mapping", profile}) {}
 
   KeyFrameId keyframe() const { return keyframe_; }
   SubmapId submap() const { return submap_; }
@@ -86,11 +93,13 @@ class LocalMapper::Adjustment {
 };
 
 LocalMapper::LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options,
-                         bool background, const LocalMapperParameters& parameters)
+                         bool background, const LocalMapperParameters& parameters,
+                         RunProfile* profile)
     : model_(model),
       options_(options),
       parameters_(parameters),
       background_(background),
+      profile_(profile),
       matcher_(model),
       corners_(model.camera()) {
   options_.Validate();
@@ -289,7 +298,8 @@ void LocalMapper::AdjustAround(KeyFrameId id, const Map& map) {
   }
   adjustment_ = std::make_unique<Adjustment>(
       *map.keyframe(id),
-      std::make_unique<BundleAdjuster>(map, model_, free, fixed, parameters_.bundle), background_);
+      std::make_unique<BundleAdjuster>(map, model_, free, fixed, parameters_.bundle), background_,
+      profile_);
 }
 
 void LocalMapper::RefreshPoints(KeyFrameId id, Map& map) const {

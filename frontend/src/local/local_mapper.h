@@ -23,6 +23,8 @@
 
 namespace highwall {
 
+class RunProfile;
+
 // Parameters of LocalMapper that are no options of a user.
 struct LocalMapperParameters {
   BundleAdjustmentOptions bundle{};
@@ -43,9 +45,10 @@ class LocalMapper final : public MapStage {
  public:
   // model: must outlive the mapper. background: the adjustment runs on a thread of its own and is
   // applied between frames; otherwise before InsertKeyFrame() returns, and the same input gives the
-  // same map.
+  // same map. profile: null: none; must outlive the mapper.
   LocalMapper(const MeasurementModel& model, const LocalMapperOptions& options,
-              bool background = true, const LocalMapperParameters& parameters = {});
+              bool background = true, const LocalMapperParameters& parameters = {},
+              RunProfile* profile = nullptr);
   // Cancels an adjustment that still runs.
   ~LocalMapper() override;
   LocalMapper(const LocalMapper&) = delete;
@@ -112,6 +115,7 @@ class LocalMapper final : public MapStage {
   LocalMapperOptions options_;
   LocalMapperParameters parameters_;
   const bool background_;
+  RunProfile* const profile_;
   MapMatcher matcher_;
   CornerRefiner corners_;
   PerKind<Recent> recent_;

@@ -18,6 +18,7 @@
 
 #include <highwall/core/pose_graph.h>
 #include <highwall/internal/cost_fault.h>
+#include <highwall/internal/stage_timer.h>
 #include <highwall/internal/stopwatch.h>
 
 #include "loops/frame_alignment.h"
@@ -131,7 +132,8 @@ bool FitsItsNoise(const KeyFrameGraph& graph) {
 class FactorAdjuster::Job {
  public:
   Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, KeyFrameMoves moves,
-      const UserFactorOptions& options, const KeyFrameGraphOptions& graph, int threads)
+      const UserFactorOptions& options, const KeyFrameGraphOptions& graph, int threads,
+      RunProfile* profile)
       : map_(std::move(map)),
         submap_(submap),
         all_(CountIn(map_, submap)),
@@ -140,7 +142,9 @@ class FactorAdjuster::Job {
         options_(options),
         graph_(graph),
         solver_threads_(std::max(1, threads)),
-        task_(threads > 0, [this](const std::stop_token& stop) { Run(stop); }) {}
+        profile_(profile),
+        task_(threads > 0, [this](const std::stop_token& stop) { Run(stop); },
+              {"user factors", profile}) {}
 
   // Ends the job after the current iteration; so does the destructor.
   void Cancel() { task_.Cancel(); }
@@ -160,6 +164,7 @@ class FactorAdjuster::Job {
 
  private:
   void Run(const std::stop_token& stop) {
+    const StageTimer timer(profile_, "adjustment to user factors");
     const Stopwatch watch;
     std::atomic<bool> stopped = false;
     const std::stop_callback on_stop(stop, [&] { stopped = true; });
@@ -255,12 +260,16 @@ class FactorAdjuster::Job {
   const int solver_threads_;
   FactorAdjustmentReport report_;
   MapEdit correction_;
+  RunProfile* const profile_;
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
 FactorAdjuster::FactorAdjuster(const UserFactorOptions& options, const KeyFrameGraphOptions& graph,
-                               int threads)
-    : options_((options.Validate(), options)), graph_(graph), threads_(threads) {}
+                               int threads, RunProfile* profile)
+    : options_((options.Validate(), options)),
+      graph_(graph),
+      threads_(threads),
+      profile_(profile) {}
 
 FactorAdjuster::~FactorAdjuster() = default;
 
@@ -287,7 +296,8 @@ bool FactorAdjuster::Start(const Map& map, SubmapId submap, std::span<const Loop
   adjusted = std::min(adjusted, factors);  // some may have been removed
   if (factors < adjusted + enough) return false;
   Inherit(map, &moves_);
-  job_.Put(std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_, threads_));
+  job_.Put(std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_, threads_,
+                                 profile_));
   return true;
 }
 

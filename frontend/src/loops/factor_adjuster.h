@@ -25,9 +25,9 @@ namespace highwall {
 // the map would gradually follow their noise.
 class FactorAdjuster final : public MapStage {
  public:
-  // threads: as of LoopCloser.
+  // threads, profile: as of LoopCloser.
   FactorAdjuster(const UserFactorOptions& options, const KeyFrameGraphOptions& graph,
-                 int threads = 2);
+                 int threads = 2, RunProfile* profile = nullptr);
   // Cancels work that has not ended.
   ~FactorAdjuster() override;
   FactorAdjuster(const FactorAdjuster&) = delete;
@@ -59,6 +59,7 @@ class FactorAdjuster final : public MapStage {
   const UserFactorOptions options_;
   const KeyFrameGraphOptions graph_;
   const int threads_;
+  RunProfile* const profile_;
   // Number of factors in the last adjustment, by the root of their world.
   std::map<SubmapId, std::size_t> adjusted_;
   // T_WC = T_V B: pose T_V of the keyframe by images alone, and its move B.

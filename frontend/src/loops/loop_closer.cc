@@ -6,7 +6,7 @@
 #include <stop_token>
 #include <utility>
 
-#include <highwall/internal/stopwatch.h>
+#include <highwall/internal/stage_timer.h>
 
 namespace highwall {
 
@@ -20,7 +20,8 @@ struct LoopCloser::Result {
 class LoopCloser::Job {
  public:
   Job(Map map, Loop loop, std::vector<LoopEdge> old_loops, const MeasurementModel& model,
-      const LoopCloserOptions& options, const BundleAdjustmentOptions& bundle, int threads)
+      const LoopCloserOptions& options, const BundleAdjustmentOptions& bundle, int threads,
+      RunProfile* profile)
       : map_(std::move(map)),
         loop_(std::move(loop)),
         submap_(map_.keyframe(loop_.edge.keyframe)->submap),
@@ -29,7 +30,9 @@ class LoopCloser::Job {
         options_(options),
         bundle_(bundle),
         solver_threads_(std::max(1, threads)),
-        task_(threads > 0, [this](const std::stop_token& stop) { Run(stop); }) {}
+        profile_(profile),
+        task_(threads > 0, [this](const std::stop_token& stop) { Run(stop); }, {"loops", profile}) {
+  }
 
   // Ends the job after the current iteration; so does the destructor.
   void Cancel() { task_.Cancel(); }
@@ -57,6 +60,7 @@ class LoopCloser::Job {
 
  private:
   void Run(const std::stop_token& stop) {
+    const StageTimer timer(profile_, "loop closing");
     Close(stop);
     map_ = Map();  // as large as the map itself
   }
@@ -77,6 +81,7 @@ class LoopCloser::Job {
     Put(std::move(result));
     if (!closed.accepted || !options_.adjust || stop.stop_requested()) return;
 
+    const StageTimer timer(profile_, "adjustment after a loop");
     BundleAdjuster adjuster(map_, model_, map_.KeyFramesOf(submap_), {}, bundle_, solver_threads_);
     adjuster.Solve(stop);
     if (stop.stop_requested()) return;
@@ -106,6 +111,7 @@ class LoopCloser::Job {
   const LoopCloserOptions options_;
   const BundleAdjustmentOptions bundle_;
   const int solver_threads_;
+  RunProfile* const profile_;
   bool corrected_taken_ = false;
   mutable std::mutex mutex_;
   std::vector<Result> results_;
@@ -113,11 +119,12 @@ class LoopCloser::Job {
 };
 
 LoopCloser::LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options, int threads,
-                       const BundleAdjustmentOptions& bundle)
+                       const BundleAdjustmentOptions& bundle, RunProfile* profile)
     : model_(model),
       options_((options.Validate(), options)),
       bundle_(bundle),
       threads_(threads),
+      profile_(profile),
       detector_(model, options.detector, options.graph) {}
 
 LoopCloser::~LoopCloser() = default;
@@ -131,7 +138,7 @@ bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe,
   Drop();  // the adjustment after an older loop
   if (prepare) prepare();
   job_.Put(std::make_unique<Job>(map.Clone(), std::move(*loop), loops_, model_, options_, bundle_,
-                                 threads_));
+                                 threads_, profile_));
   return true;
 }
 

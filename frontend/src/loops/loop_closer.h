@@ -27,9 +27,10 @@ class LoopCloser final : public MapStage {
  public:
   // model: must outlive the closer. threads: of the solvers, on a thread of its own; 0: computes
   // before InsertKeyFrame() returns, and the same input gives the same map. bundle: options of the
-  // adjustment after a loop.
+  // adjustment after a loop. profile: null: none; must outlive the closer.
   explicit LoopCloser(const MeasurementModel& model, const LoopCloserOptions& options = {},
-                      int threads = 2, const BundleAdjustmentOptions& bundle = kGlobalAdjustment);
+                      int threads = 2, const BundleAdjustmentOptions& bundle = kGlobalAdjustment,
+                      RunProfile* profile = nullptr);
   // Cancels work that has not ended.
   ~LoopCloser() override;
   LoopCloser(const LoopCloser&) = delete;
@@ -73,6 +74,7 @@ class LoopCloser final : public MapStage {
   LoopCloserOptions options_;
   const BundleAdjustmentOptions bundle_;
   const int threads_;
+  RunProfile* const profile_;
   LoopDetector detector_;
   std::vector<LoopEdge> loops_;
   KeyFrameMoves by_factors_;

@@ -7,6 +7,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/map/seen_landmarks.h>
+#include <highwall/internal/stage_timer.h>
 
 #include "system/slam_system_impl.h"
 
@@ -33,6 +34,7 @@ InertialOdometry::Observation SlamSystem::Impl::Observe(const TrackedFrame& trac
 
 void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFrame& tracked,
                             FrameResult& result) {
+  const StageTimer timer(profile_, "imu");
   observation.see = [&] { return FindSeen(map_, tracked.frame.features, tracked, tracked.error); };
   // The result of a loop in progress would be lost.
   observation.keeps_level = loop_closer_.IsClosing();

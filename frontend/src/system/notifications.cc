@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include <highwall/internal/stage_timer.h>
+
 #include "system/slam_system_impl.h"
 
 namespace highwall {
@@ -15,6 +17,7 @@ bool MoveKeyframes(const std::vector<LoopReport>& loops) {
 }
 
 void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image, bool moved) {
+  const StageTimer timer(profile_, "callbacks");
   const bool levelled = result.inertial && result.inertial->T_gravity;
   const bool follows_factors = result.factors && result.factors->accepted;
   moved |= levelled || follows_factors || result.drops_submap || MoveKeyframes(result.loops);
@@ -26,7 +29,6 @@ void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image,
   Notify(result.loops);
   if (moved) NotifyMoved();
   EmitKeyframes(result.stamp);
-  if (callbacks_.on_frame) callbacks_.on_frame(result);
 }
 
 void SlamSystem::Impl::Notify(const std::vector<LoopReport>& loops) const {

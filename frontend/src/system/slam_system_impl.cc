@@ -14,7 +14,7 @@
 #include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/feature_type_mismatch.h>
 #include <highwall/frontend/tracking/standard_keyframe_policy.h>
-#include <highwall/internal/stopwatch.h>
+#include <highwall/internal/stage_timer.h>
 
 #include "features/row_times.h"
 #include "input/depth_unit.h"
@@ -32,24 +32,29 @@ constexpr int kLearnedFrom = 10;
 
 SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options, SlamInputs inputs)
     : options_((options.Validate(), options)),
+      profile_(inputs.profile),
       builder_(sensor, options.frame, std::move(inputs.points), std::move(inputs.lines),
-               options.threads > 0),
+               options.threads > 0, kDepthSpreadShare, profile_),
       model_(sensor, options.measurement, inputs.imu ? inputs.imu->T_BC : Pose(),
              builder_.feature_type().pyramid),
       sensor_(model_, SensorOptions(options.tracker), sensor.timing),
-      tracker_(model_, options.tracker, sensor_),
+      tracker_(model_, options.tracker, sensor_, {}, profile_),
       policy_(inputs.keyframe_policy ? std::move(inputs.keyframe_policy)
                                      : std::make_shared<StandardKeyFramePolicy>(options.keyframes)),
-      refiner_(model_, sensor.camera, options.refinement, options.tracker, options.threads > 0),
-      mapper_(model_, options.mapper, options.threads > 0),
-      loop_closer_(model_, options.loops, options.threads),
-      factor_adjuster_(options.factors, options.loops.graph, options.threads),
-      depth_pattern_(sensor.camera, options.depth_pattern, kGlobalAdjustment, options.threads),
+      refiner_(model_, sensor.camera, options.refinement, options.tracker, options.threads > 0, {},
+               profile_),
+      mapper_(model_, options.mapper, options.threads > 0, {}, profile_),
+      loop_closer_(model_, options.loops, options.threads, kGlobalAdjustment, profile_),
+      factor_adjuster_(options.factors, options.loops.graph, options.threads, profile_),
+      depth_pattern_(sensor.camera, options.depth_pattern, kGlobalAdjustment, options.threads,
+                     profile_),
       worker_(mapper_, {&loop_closer_, &factor_adjuster_, &depth_pattern_}),
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),
       map_(std::move(inputs.map)),
       release_(options.tracker.moving.enabled ? kReleaseDelay : 0.0) {
-  if (inputs.imu) inertial_.emplace(*inputs.imu, options.inertial, model_, options.threads > 0);
+  if (inputs.imu) {
+    inertial_.emplace(*inputs.imu, options.inertial, model_, options.threads > 0, profile_);
+  }
   factor_adjuster_.Adopt(map_);
   const auto ids = map_.keyframe_ids();
   const FeatureType& kind = builder_.feature_type();
@@ -87,6 +92,7 @@ std::optional<Pose> SlamSystem::Impl::T_FW(ReferenceFrameId frame) const {
 FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   stamps_.RequireNext(image.stamp);
   FrameResult result;
+  StageTimer timer(profile_, "frame", &result.times.total);
   result.stamp = image.stamp;
   builder_.Check(image);
   // Verified once only, as later images may have distant depth alone.
@@ -97,9 +103,10 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   // Figure 2 of Xiao et al. 2025: tracking (section 3: points, lines, IMU), local mapping, loops.
   RgbdImage at_once = image;
   const Frame frame = Extract(&at_once, result);
-  const Stopwatch watch;
-  ApplyResults(result);
-  result.times.loops += watch.Milliseconds();
+  {
+    const StageTimer applying(profile_, "results of other threads", &result.times.loops);
+    ApplyResults(result);
+  }
   TrackedFrame tracked = result.repeated ? Extrapolate(frame, result) : Estimate(frame, result);
   if (!result.repeated && !options_.localize_only && WantsKeyFrame(tracked)) {
     InsertKeyFrame(tracked, result);
@@ -111,15 +118,16 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   RefineFrames(result);
   pending_.Attach(tracked_.frames(), &map_);
   Notify(result, at_once, corrected);
+  timer.Stop();
+  if (callbacks_.on_frame) callbacks_.on_frame(result);
   return result;
 }
 
 bool SlamSystem::Impl::CorrectDepth(FrameResult& result) {
   if (!depth_pattern_.HasResult()) return false;
-  const Stopwatch watch;
+  const StageTimer timer(profile_, "results of other threads", &result.times.loops);
   bool found = false;
   EditWorld(result, [&] { found = depth_pattern_.Finish(&map_); });
-  result.times.loops += watch.Milliseconds();
   return found;
 }
 
@@ -150,7 +158,7 @@ cv::Mat SlamSystem::Impl::CorrectedDepth(KeyFrameId id, const cv::Mat& depth) co
 }
 
 Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
-  const Stopwatch watch;
+  const StageTimer timer(profile_, "features", &result.times.features);
   // From here on the image counts; one that was rejected leaves no trace.
   stamps_.Accept(image->stamp);
   if (result.repeated) {
@@ -158,7 +166,6 @@ Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
   }
   FrameBuilderTimes builder_times;
   const auto features = builder_.Build(image, CompensateRollingShutter(*image), &builder_times);
-  result.times.features = watch.Milliseconds();
   result.times.points = builder_times.points;
   result.times.lines = builder_times.lines;
   result.points = static_cast<int>(features->points.size());
@@ -167,7 +174,7 @@ Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
 }
 
 TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result) {
-  const Stopwatch watch;
+  const StageTimer timer(profile_, "tracking", &result.times.tracking);
   std::optional<PoseConstraint> predicted;
   if (inertial_) predicted = inertial_->Predict(frame.stamp);
   TrackedFrame tracked = TrackInMap(frame, predicted);
@@ -178,7 +185,6 @@ TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result)
   if (tracked.state == TrackingState::kLost && !posed_) posed_ = submap_begin_ = frame.stamp;
   if (!HasPose(tracked.state) && CanBegin(tracked)) BeginSubmap(tracked, result);
   if (HasPose(tracked.state)) posed_ = frame.stamp;
-  result.times.tracking = watch.Milliseconds();
   return tracked;
 }
 
@@ -188,6 +194,7 @@ TrackedFrame SlamSystem::Impl::TrackInMap(const Frame& frame,
   const TrackedFrame& tracked = result.frame;
   result.counts.AddTo(&map_);
   if (result.motion) {
+    const StageTimer timer(profile_, "timing");
     sensor_.LearnTiming(
         {tracked.frame.stamp, *tracked.frame.features, tracked.points, tracked.T_WC}, map_,
         *result.motion);
@@ -201,7 +208,7 @@ bool SlamSystem::Impl::Repeats(const RgbdImage& image) {
 }
 
 TrackedFrame SlamSystem::Impl::Extrapolate(const Frame& frame, FrameResult& result) {
-  const Stopwatch watch;
+  const StageTimer timer(profile_, "tracking", &result.times.tracking);
   TrackedFrame tracked;
   tracked.frame = frame;
   if (inertial_) {
@@ -213,7 +220,6 @@ TrackedFrame SlamSystem::Impl::Extrapolate(const Frame& frame, FrameResult& resu
     tracked = tracker_.ExtrapolateAtConstantVelocity(frame).value_or(std::move(tracked));
   tracked.submap = submap_;
   if (HasPose(tracked.state)) posed_ = frame.stamp;
-  result.times.tracking = watch.Milliseconds();
   return tracked;
 }
 
@@ -255,10 +261,9 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
 }
 
 void SlamSystem::Impl::RefineFrames(FrameResult& result) {
-  const Stopwatch watch;
+  const StageTimer timer(profile_, "refined frames", &result.times.mapping);
   if (refiner_.HasResult()) refiner_.Finish(map_, tracked_.mutable_frames());
   refiner_.Begin(map_, Knowledge());
-  result.times.mapping += watch.Milliseconds();
 }
 
 ImageKnowledge SlamSystem::Impl::Knowledge() const {
@@ -305,9 +310,10 @@ bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
 }
 
 void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result) {
-  const Stopwatch watch;
+  const StageTimer timer(profile_, "keyframe insertion", &result.times.mapping);
   // The frame belongs to the map as the previous adjustment leaves it.
   const Pose T_new_old = WithTracker([&] {
+    const StageTimer waiting(profile_, "end of the local adjustment");
     if (auto report = mapper_.Finish(&map_)) result.adjustment = std::move(report);
   });
   tracked.T_WC = T_new_old * tracked.T_WC;
@@ -331,11 +337,10 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   tracker_.Anchor(tracked, keyframe);
   sensor_.Remember(keyframe, tracker_.moved_by());
   if (inertial_) inertial_->MoveMap(keyframe.T_WC * T_WC.Inverse());
-  result.times.mapping = watch.Milliseconds();
 }
 
 void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
-  const Stopwatch watch;
+  const StageTimer timer(profile_, "loop search", &result.times.loops);
   const auto prepare = [&] {
     if (options_.tracker.timing == FrameTimingMode::kIgnored) return;
     // The adjustment in progress uses the old row times.
@@ -349,16 +354,14 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
     tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
   }
   for (LoopReport& refused : loop_closer_.TakeRefused()) result.loops.push_back(std::move(refused));
-  result.times.loops += watch.Milliseconds();
 }
 
 void SlamSystem::Impl::AdjustToFactors(TrackedFrame& tracked, FrameResult& result) {
-  const Stopwatch watch;
+  const StageTimer timer(profile_, "user factors", &result.times.loops);
   if (worker_.IsFree()) factor_adjuster_.Begin(map_, submap_, loop_closer_.loops());
   if (!factor_adjuster_.HasResult()) return;
   EditWorld(result, [&] { result.factors = factor_adjuster_.Finish(&map_); });
   tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
-  result.times.loops += watch.Milliseconds();
 }
 
 template <class Change>
@@ -398,6 +401,7 @@ void SlamSystem::Impl::ApplyResults(FrameResult& result) {
 }
 
 std::vector<LoopReport> SlamSystem::Impl::Finish() {
+  const StageTimer timer(profile_, "end of all threads");
   std::vector<LoopReport> reports;
   bool moved = false;  // by factors
   const auto finish_factors = [&] {
@@ -427,6 +431,7 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
 BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
   HIGHWALL_REQUIRE(!options_.localize_only,
                    "SlamSystem::AdjustAll: SlamOptions::localize_only keeps the map as it is");
+  const StageTimer timer(profile_, "adjustment of everything");
   BundleAdjustmentReport report;
   bool moved = false;
   WithTracker([&] {

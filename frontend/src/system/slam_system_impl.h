@@ -132,6 +132,7 @@ class SlamSystem::Impl {
   KeyframeRelease::MaskOf DynamicMasks() const;
 
   SlamOptions options_;
+  RunProfile* profile_;
   FrameBuilder builder_;
   MeasurementModel model_;
   SensorModel sensor_;

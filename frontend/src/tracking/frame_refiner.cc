@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <highwall/frontend/pose/pose_solver.h>
+#include <highwall/internal/stage_timer.h>
 
 #include "features/corrected_depth.h"
 #include "map/map_matcher.h"
@@ -59,7 +60,9 @@ class FrameRefiner::Job {
         grid_(refiner.grid_),
         rounds_(refiner.parameters_.rounds),
         tracker_(refiner.tracker_),
-        task_(refiner.background_, [this](const std::stop_token& stop) { Run(stop); }) {}
+        profile_(refiner.profile_),
+        task_(refiner.background_, [this](const std::stop_token& stop) { Run(stop); },
+              {"refinement", profile_}) {}
 
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }
@@ -72,6 +75,7 @@ class FrameRefiner::Job {
 
  private:
   void Run(const std::stop_token& stop) {
+    const StageTimer timer(profile_, "refinement of frames");
     for (Item& item : items_) {
       if (!item.refine) continue;
       DepthPattern more = knowledge_.pattern;
@@ -152,19 +156,22 @@ class FrameRefiner::Job {
   const int rounds_;
   const TrackerOptions tracker_;
   std::vector<PosedFrame> found_;
+  RunProfile* const profile_;
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
 FrameRefiner::FrameRefiner(const MeasurementModel& model, const PinholeCamera& camera,
                            const FrameRefinementOptions& options, const TrackerOptions& tracker,
-                           bool background, const FrameRefinerParameters& parameters)
+                           bool background, const FrameRefinerParameters& parameters,
+                           RunProfile* profile)
     : model_(model),
       camera_(camera),
       grid_(model.camera()),
       options_((options.Validate(), options)),
       parameters_(parameters),
       tracker_(tracker),
-      background_(background) {}
+      background_(background),
+      profile_(profile) {}
 
 FrameRefiner::~FrameRefiner() = default;
 

@@ -40,10 +40,11 @@ struct FrameRefinerParameters {
 class FrameRefiner {
  public:
   // model: must outlive the refiner. camera: with its distortion. background: on a thread of its
-  // own, otherwise within Begin().
+  // own, otherwise within Begin(). profile: null: none; must outlive the refiner.
   FrameRefiner(const MeasurementModel& model, const PinholeCamera& camera,
                const FrameRefinementOptions& options, const TrackerOptions& tracker,
-               bool background = true, const FrameRefinerParameters& parameters = {});
+               bool background = true, const FrameRefinerParameters& parameters = {},
+               RunProfile* profile = nullptr);
   // Cancels work that has not ended.
   ~FrameRefiner();
   FrameRefiner(const FrameRefiner&) = delete;
@@ -79,6 +80,7 @@ class FrameRefiner {
   const FrameRefinerParameters parameters_;
   const TrackerOptions tracker_;
   const bool background_;
+  RunProfile* const profile_;
   std::vector<Item> waiting_;
   std::optional<PosedFrame> before_;  // the frame preceding those in waiting_
   KeyFrameId newest_ = kNoId;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <highwall/frontend/pose/pose_solver.h>
+#include <highwall/internal/stage_timer.h>
 
 #include "pose/degeneracy.h"
 #include "tracking/landmark_observations.h"
@@ -18,6 +19,7 @@ constexpr double kMaxSurfaceSigma = 0.2;
 
 bool FrameSolver::Solve(const TrackingQuery& query, int min_support, FallbackConstraint fallback,
                         TrackedFrame* tracked) const {
+  const StageTimer timer(profile_, "pose");
   const LandmarkObservations seen = LandmarksSeen(model_, query.map, *tracked);
   tracked->tried = *tracked;
   PoseSolverOptions options;

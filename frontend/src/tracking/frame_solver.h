@@ -14,6 +14,8 @@
 
 namespace highwall {
 
+class RunProfile;
+
 // Minimum support (PoseSolverOptions) of a pose after the first match against the last frame or
 // keyframe; and of any pose that an IMU predicts, which exposes wrong matches.
 inline constexpr int kMinMotionSupport = 15;
@@ -27,10 +29,10 @@ enum class FallbackConstraint { kNone, kSurfaces };
 // Estimates the pose of a frame from its matches.
 class FrameSolver {
  public:
-  // All must outlive it. grid: of the depth grids.
+  // All must outlive it. grid: of the depth grids. profile: null: none.
   FrameSolver(const MeasurementModel& model, const TrackerOptions& options, const DepthGrid& grid,
-              const TrackerState& state)
-      : model_(model), options_(options), grid_(grid), state_(state) {}
+              const TrackerState& state, RunProfile* profile = nullptr)
+      : model_(model), options_(options), grid_(grid), state_(state), profile_(profile) {}
 
   // Estimates the pose from the matches of `tracked`, and the prediction of the query as a prior;
   // unmatches outliers. False if too few remain.
@@ -46,6 +48,7 @@ class FrameSolver {
   const TrackerOptions& options_;
   const DepthGrid& grid_;
   const TrackerState& state_;
+  RunProfile* const profile_;
 };
 
 }  // namespace highwall

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <highwall/internal/stage_timer.h>
+
 #include "features/row_times.h"
 
 namespace highwall {
@@ -18,15 +20,17 @@ SensorModelOptions SensorOptions(const TrackerOptions& options) {
 }
 
 Tracker::Tracker(const MeasurementModel& model, const TrackerOptions& options,
-                 const SensorModel& sensor, const TrackerParameters& parameters)
+                 const SensorModel& sensor, const TrackerParameters& parameters,
+                 RunProfile* profile)
     : model_(model),
       sensor_(sensor),
       options_(options),
       parameters_(parameters),
+      profile_(profile),
       matcher_(model),
       relocalizer_(model, parameters.relocalizer),
       moving_(model, options.moving, parameters.moving),
-      solver_(model, options_, moving_.grid(), state_),
+      solver_(model, options_, moving_.grid(), state_, profile),
       verifier_(model, options_, parameters_, matcher_, moving_, solver_, state_),
       last_frame_(matcher_, options_, parameters_, solver_, state_),
       reference_keyframe_(relocalizer_, state_),
@@ -145,8 +149,19 @@ PoseSearch Tracker::Find(const TrackingQuery& query) const {
 void Tracker::Try(std::initializer_list<const PoseSource*> sources, const TrackingQuery& query,
                   PoseSearch* search) const {
   for (const PoseSource* source : sources) {
-    if (source->IsDue(query, *search)) search->Add(verifier_.Verify(query, source->Propose(query)));
+    if (!source->IsDue(query, *search)) continue;
+    StageTimer proposing(profile_, StageOf(source));
+    PoseHypothesis hypothesis = source->Propose(query);
+    proposing.Stop();
+    const StageTimer timer(profile_, "local map");
+    search->Add(verifier_.Verify(query, std::move(hypothesis)));
   }
+}
+
+const char* Tracker::StageOf(const PoseSource* source) const {
+  if (source == &last_frame_) return "prediction";
+  if (source == &surfaces_) return "surfaces";
+  return source == &whole_image_ ? "whole image" : "recognition";
 }
 
 bool Tracker::IsPredictionSuspect(const TrackingQuery& query, const PoseSearch& search) const {

@@ -26,6 +26,8 @@
 
 namespace highwall {
 
+class RunProfile;
+
 // Result of Tracker::Track. The caller applies what concerns the map and the sensor.
 struct TrackingResult {
   TrackedFrame frame{};
@@ -42,9 +44,9 @@ SensorModelOptions SensorOptions(const TrackerOptions& options);
 // relocalization. (Xiao et al. 2025, figure 2, tracking.)
 class Tracker {
  public:
-  // model, sensor: must outlive the tracker.
+  // model, sensor, profile (null: none): must outlive the tracker.
   Tracker(const MeasurementModel& model, const TrackerOptions& options, const SensorModel& sensor,
-          const TrackerParameters& parameters = {});
+          const TrackerParameters& parameters = {}, RunProfile* profile = nullptr);
   Tracker(const Tracker&) = delete;
   Tracker& operator=(const Tracker&) = delete;
 
@@ -83,6 +85,8 @@ class Tracker {
   // Verifies the hypotheses of those sources that are due.
   void Try(std::initializer_list<const PoseSource*> sources, const TrackingQuery& query,
            PoseSearch* search) const;
+  // Name of the stage of a source in the trace of a run.
+  const char* StageOf(const PoseSource* source) const;
   // Returns whether the prediction gives no pose, or one whose motion is implausible for a camera:
   // the IMU may have measured an impact on the sensor.
   bool IsPredictionSuspect(const TrackingQuery& query, const PoseSearch& search) const;
@@ -97,6 +101,7 @@ class Tracker {
   const SensorModel& sensor_;
   TrackerOptions options_;
   TrackerParameters parameters_;
+  RunProfile* const profile_;
   TrackerState state_;
   MapMatcher matcher_;
   Relocalizer relocalizer_;

@@ -20,6 +20,8 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
+class RunProfile;
+
 // Fuses the map observations of images with an IMU: initialization, a sliding window of states, the
 // weight of the IMU, the time offset, dead reckoning while images give no pose.
 //
@@ -36,10 +38,11 @@ class InertialOdometry {
  public:
   // model: of the camera; without one, images are poses whatever the options. background: the
   // tightly coupled smoother is on a thread of its own; otherwise Update() waits for it, and the
-  // same input gives the same result. Throws InvalidArgument on bad options.
+  // same input gives the same result. profile: see SlamInputs. Throws InvalidArgument on bad
+  // options.
   explicit InertialOdometry(const ImuCalibration& calibration, const InertialOptions& options = {},
                             const std::optional<MeasurementModel>& model = std::nullopt,
-                            bool background = true);
+                            bool background = true, RunProfile* profile = nullptr);
 
   ~InertialOdometry();
   InertialOdometry(InertialOdometry&&) noexcept;

@@ -35,6 +35,8 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
+class RunProfile;
+
 // Options of submaps: when the map continues in a new submap (Map).
 struct SubmapOptions {
   bool enabled = true;
@@ -81,6 +83,9 @@ struct FrameTimes {
   double tracking = 0.0;  // pose estimation, features not included
   double mapping = 0.0;   // local mapping of keyframes, the part on the caller's thread
   double loops = 0.0;     // applying results of other threads, and searching for loops
+  // Wall time of Track() up to on_frame: all of the above, keyframes, waits for other threads, and
+  // the other callbacks.
+  double total = 0.0;
 };
 
 // Result of tracking one frame.
@@ -180,6 +185,9 @@ struct SlamInputs {
   std::shared_ptr<LineExtractor> lines{};
   // A user-defined KeyFramePolicy instead of StandardKeyFramePolicy with SlamOptions::keyframes.
   std::shared_ptr<KeyFramePolicy> keyframe_policy{};
+  // For the programs of Highwall, whose profile records the threads and stages of a run; null: none
+  // is recorded. It must outlive the system.
+  RunProfile* profile = nullptr;
 };
 
 // Point-line RGB-D(-inertial) SLAM: takes images and IMU readings, returns poses and keyframes.

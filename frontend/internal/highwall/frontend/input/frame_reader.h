@@ -11,13 +11,15 @@
 #include <thread>
 
 #include <highwall/frontend/input/dataset.h>
+#include <highwall/internal/run_profile.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
 struct FrameReaderOptions {
-  std::size_t begin = 0;       // first frame read
-  std::size_t end = SIZE_MAX;  // one past the last; beyond the dataset: its end
-  std::size_t prefetch = 4;    // frames decoded ahead on a thread of their own; 0: no thread
+  std::size_t begin = 0;          // first frame read
+  std::size_t end = SIZE_MAX;     // one past the last; beyond the dataset: its end
+  std::size_t prefetch = 4;       // frames decoded ahead on a thread of their own; 0: no thread
+  RunProfile* profile = nullptr;  // records the decoding; null: none; must outlive the reader
 };
 
 // Reads the usable frames of a dataset, in order; the skipped ones are in Dataset::problems(). With
@@ -50,6 +52,7 @@ class FrameReader {
 
   const Dataset& dataset_;
   std::size_t begin_, end_, prefetch_;
+  RunProfile* const profile_;
   std::size_t position_ = 0;
   std::size_t next_load_;  // used by the loading thread only
 
