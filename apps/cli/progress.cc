@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include <highwall/internal/run_profile.h>
+
 namespace highwall::apps {
 namespace {
 
@@ -32,7 +34,10 @@ std::string FormatProgress(const std::string& label, std::size_t done, std::size
 Progress::Progress(std::string label, std::chrono::milliseconds interval)
     : on_terminal_(::isatty(STDERR_FILENO) == 1), label_(std::move(label)) {
   static constexpr std::chrono::milliseconds kRedraw{100};
-  writer_ = std::thread([this, interval] { Run(on_terminal_ ? kRedraw : interval); });
+  writer_ = std::thread([this, interval] {
+    NameThread("progress");
+    Run(on_terminal_ ? kRedraw : interval);
+  });
 }
 
 Progress::~Progress() {

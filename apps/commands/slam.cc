@@ -150,6 +150,12 @@ void PrintSummary(const SlamRun& run, const SlamArguments& arguments, bool has_t
   }
   fmt::print("tracking    {:.1f} ms a frame (median), 95 % within {:.1f} ms\n",
              run.times.tracking.median, run.times.tracking.p95);
+  const TimingStatistics& frame = run.times.frame;
+  fmt::print(
+      "frame       {:.1f} ms (median), 95 % within {:.1f}, 99 % within {:.1f}, all within {:.1f}\n",
+      frame.median, frame.p95, frame.p99, frame.worst);
+  fmt::print("processor   {:.1f} s, {:.1f} ms a frame without decoding ({:.1f} s)\n",
+             run.processor.process, ProcessorMsPerFrame(run), run.processor.decoding);
   if (const auto& dense = run.largest.dense) {
     fmt::print("dense map   {} points, {} octree nodes at {} m\n", dense->cloud.size(),
                dense->octree.NodeCount(), dense->octree.options().resolution);
@@ -239,6 +245,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   RequireRunFolder(arguments.out, arguments.overwrite);
   RequireMapElsewhere(arguments);
   if (!arguments.save_map.empty()) RequireFile(arguments.save_map);
+  if (!arguments.trace.empty()) RequireFile(arguments.trace);
   const FolderLock lock(arguments.out);
   const OpenedDataset opened =
       OpenWithConfig(arguments.config, arguments.dataset, arguments.max_pair_difference);

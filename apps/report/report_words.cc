@@ -157,11 +157,19 @@ std::string Timing(const nlohmann::json& run) {
 }
 
 std::string Speed(const nlohmann::json& run) {
-  return fmt::format(
+  std::string words = fmt::format(
       "A frame took {:.1f} ms (median; 95 % within {:.1f} ms), the whole run {:.0f} s and {:.0f} "
       "MiB.",
       Number(run, "/milliseconds/frame/median"), Number(run, "/milliseconds/frame/p95"),
       Number(run, "/seconds"), Number(run, "/peak_memory_mib"));
+  if (run.contains("processor_ms_per_frame")) {  // not of earlier versions
+    words += fmt::format(
+        " 99 % of the frames took at most {:.1f} ms, the worst {:.1f} ms; the processors worked "
+        "{:.1f} ms for each, without the decoding of its images.",
+        Number(run, "/milliseconds/frame/p99"), Number(run, "/milliseconds/frame/worst"),
+        Number(run, "/processor_ms_per_frame"));
+  }
+  return words;
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include <highwall/core/keyframe_event.h>
 #include <highwall/frontend/map/map.h>
+#include <highwall/internal/stage_timer.h>
 #include <highwall/mapping/dense_mapper.h>
 
 #include "cli/attempt.h"
@@ -24,10 +25,11 @@ constexpr const char* kDenseMap = "dense map";
 class DenseStage::KeyframeMapping {
  public:
   KeyframeMapping(const SlamSystem& slam, const Dataset& dataset, const RgbdSensor& sensor,
-                  const SlamRunOptions& options)
+                  const SlamRunOptions& options, RunProfile* profile)
       : slam_(slam),
         dataset_(dataset),
-        mapper_(MapOptions(options, sensor), DepthCameraOf(sensor)) {}
+        profile_(profile),
+        mapper_(MapOptions(options, sensor), DepthCameraOf(sensor), profile) {}
 
   void SetKeyframe(const KeyFrame& keyframe) {
     made_with_[keyframe.id] = {keyframe.frame.stamp, slam_.sensor().depth_pattern};
@@ -72,23 +74,28 @@ class DenseStage::KeyframeMapping {
       if (made_with.pattern.nodes != pattern.nodes) MapAgain(id, i);
     }
   }
+  std::optional<RgbdImage> Load(std::size_t frame) const {
+    const DecodingTimer timer(profile_);
+    return dataset_.Load(frame);
+  }
   void MapAgain(KeyFrameId id, std::size_t frame) {
     if (slam_.map().keyframe(id) == nullptr) return;
-    if (const std::optional<RgbdImage> image = dataset_.Load(frame)) {
+    if (const std::optional<RgbdImage> image = Load(frame)) {
       if (const auto view = slam_.keyframe_view(id, *image)) mapper_.Apply({.added = {*view}});
     }
   }
 
   const SlamSystem& slam_;
   const Dataset& dataset_;
+  RunProfile* const profile_;
   DenseMapper mapper_;
   std::map<KeyFrameId, MadeWith> made_with_;
 };
 
 DenseStage::DenseStage(SlamSystem& slam, const Dataset& dataset, const RgbdSensor& sensor,
-                       const SlamRunOptions& options) {
+                       const SlamRunOptions& options, RunProfile* profile) {
   if (!options.dense) return;
-  mapping_ = std::make_unique<KeyframeMapping>(slam, dataset, sensor, options);
+  mapping_ = std::make_unique<KeyframeMapping>(slam, dataset, sensor, options, profile);
   slam.SetCallbacks({.on_keyframe =
                          [this](const KeyFrame& keyframe, const RgbdImage&) {
                            if (mapping_) mapping_->SetKeyframe(keyframe);

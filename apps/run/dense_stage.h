@@ -16,8 +16,9 @@ namespace highwall::apps {
 // callbacks with the system. The system and the dataset must outlive this object.
 class DenseStage {
  public:
+  // profile: of the run; must outlive this object.
   DenseStage(SlamSystem& slam, const Dataset& dataset, const RgbdSensor& sensor,
-             const SlamRunOptions& options);
+             const SlamRunOptions& options, RunProfile* profile);
   ~DenseStage();
   DenseStage(const DenseStage&) = delete;  // callbacks of the system capture `this`
   DenseStage& operator=(const DenseStage&) = delete;

@@ -7,7 +7,13 @@ namespace highwall::apps {
 using Clock = std::chrono::steady_clock;
 
 LiveReplay::LiveReplay(const Dataset& dataset, const FrameReaderOptions& options)
-    : reader_(dataset, options), thread_([this](const std::stop_token& stop) { Play(stop); }) {}
+    : reader_(dataset, options),
+      thread_(
+          [this, label = ThreadLabel{"live replay", options.profile}](const std::stop_token& stop) {
+            NameThread(label.name);
+            const ProfiledThread profiled(label);
+            Play(stop);
+          }) {}
 
 std::optional<RgbdImage> LiveReplay::Next() {
   std::optional<RgbdImage> image = queue_.Pop();

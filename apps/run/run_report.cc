@@ -17,11 +17,9 @@
 
 namespace highwall::apps {
 nlohmann::json ToJson(const TimingStatistics& milliseconds) {
-  return {{"mean", milliseconds.mean},
-          {"median", milliseconds.median},
-          {"p95", milliseconds.p95},
-          {"p99", milliseconds.p99},
-          {"count", milliseconds.count}};
+  return {{"mean", milliseconds.mean},   {"median", milliseconds.median},
+          {"p95", milliseconds.p95},     {"p99", milliseconds.p99},
+          {"worst", milliseconds.worst}, {"count", milliseconds.count}};
 }
 
 nlohmann::json ToJson(const StageTimes& times) {
@@ -29,6 +27,15 @@ nlohmann::json ToJson(const StageTimes& times) {
           {"features", ToJson(times.features)}, {"pose", ToJson(times.pose)},
           {"tracking", ToJson(times.tracking)}, {"mapping", ToJson(times.mapping)},
           {"frame", ToJson(times.frame)},       {"dense", ToJson(times.dense)}};
+}
+
+// "others": threads that are not the system's own, such as the pools of OpenCV and of the solver.
+nlohmann::json ToJson(const RunProfile::ProcessorSeconds& seconds) {
+  nlohmann::json threads = seconds.threads;
+  double others = seconds.process;
+  for (const auto& [name, of_thread] : seconds.threads) others -= of_thread;
+  threads["others"] = std::max(0.0, others);
+  return {{"process", seconds.process}, {"decoding", seconds.decoding}, {"threads", threads}};
 }
 
 std::string InertialCouplingOf(const SlamRunOptions& options) {
@@ -310,7 +317,9 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"depth_pattern", ToJson(run.sensor.depth_pattern)},
       {"noise", ToJson(run.sensor.noise, run.levels)},
       {"milliseconds", ToJson(run.times)},
-      {"seconds", run.seconds}};
+      {"seconds", run.seconds},
+      {"processor_seconds", ToJson(run.processor)},
+      {"processor_ms_per_frame", ProcessorMsPerFrame(run)}};
   if (run.inertial) json["imu"] = ToJson(*run.inertial);
   if (run.gps) json["gps"] = ToJson(*run.gps);
   return json;

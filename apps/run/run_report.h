@@ -9,7 +9,8 @@
 
 namespace highwall::apps {
 
-// Returns {"mean":..., "median":..., "p95":..., "count":...} in milliseconds.
+// Returns {"mean":..., "median":..., "p95":..., "p99":..., "worst":..., "count":...} in
+// milliseconds.
 nlohmann::json ToJson(const TimingStatistics& milliseconds);
 nlohmann::json ToJson(const StageTimes& times);
 // Returns the absolute file name for a report, which may be read from another folder; empty if

@@ -60,6 +60,18 @@ void ApplySwitches(const SlamArguments& arguments, SlamOptions* slam) {
   if (arguments.localize) slam->localize_only = true;
 }
 
+void AddOutputOptions(CLI::App* command, SlamArguments* arguments) {
+  command
+      ->add_option("--trace", arguments->trace,
+                   "Write the stages of each thread to this file, for chrome://tracing and "
+                   "ui.perfetto.dev")
+      ->check(NotEmpty());
+  command->add_flag("--report", arguments->report,
+                    "Write report.html too: the run on one page, for any browser");
+  command->add_flag("--overwrite", arguments->overwrite, kOverwriteHelp);
+  command->add_flag("--json", arguments->json, "Print the report as one JSON object");
+}
+
 // unneeded: options that are not required for --print-settings.
 void AddSettings(CLI::App* command, SlamArguments* arguments,
                  const std::vector<CLI::Option*>& unneeded) {
@@ -146,10 +158,7 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
   AddMapOptions(command, arguments);
   command->add_flag("--no-loops", arguments->no_loops, "Do not close loops");
   command->add_flag("--no-map", arguments->no_map, "No cloud, octree and grid");
-  command->add_flag("--report", arguments->report,
-                    "Write report.html too: the run on one page, for any browser");
-  command->add_flag("--overwrite", arguments->overwrite, kOverwriteHelp);
-  command->add_flag("--json", arguments->json, "Print the report as one JSON object");
+  AddOutputOptions(command, arguments);
 }
 
 void CheckArguments(const SlamArguments& arguments) {
@@ -208,6 +217,7 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments) {
   options.adjust_all = arguments.adjust_all;
   options.load_map = arguments.load_map;
   options.save_map = arguments.save_map;
+  options.trace = arguments.trace;
   options.live = arguments.live;
   if (arguments.deterministic) {
     options.slam = Deterministic(options.slam);

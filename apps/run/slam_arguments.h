@@ -17,7 +17,7 @@ enum class Features { kPoints, kLines, kBoth };
 
 // Command-line arguments of `highwall slam`.
 struct SlamArguments {
-  std::string dataset, config, out, load_map, save_map;
+  std::string dataset, config, out, load_map, save_map, trace;
   std::string settings;          // a file
   std::vector<std::string> set;  // "path=value"
   // Override the settings if given.

@@ -15,12 +15,14 @@
 #include <highwall/frontend/local/global_adjustment.h>
 #include <highwall/frontend/map/feature_type_mismatch.h>
 #include <highwall/frontend/map/map.h>
+#include <highwall/internal/stage_timer.h>
 #include <highwall/internal/stopwatch.h>
 
 #include "cli/attempt.h"
 #include "run/dense_stage.h"
 #include "run/finished_run.h"
 #include "run/live_replay.h"
+#include "run/trace_file.h"
 
 namespace highwall::apps {
 namespace {
@@ -28,11 +30,6 @@ namespace {
 // A less accurate scale does not show whether a depth camera is calibrated.
 constexpr double kMaxScaleSigma = 0.02;
 constexpr Stamp kStateInterval = 250'000'000;  // [ns] between ImuStates: biases change slowly
-
-// Total time of SlamSystem::Track() for a frame.
-double TotalOf(const FrameTimes& times) {
-  return times.features + times.tracking + times.mapping + times.loops;
-}
 
 // Samples of StageTimes, one per frame.
 struct StageSamples {
@@ -45,7 +42,7 @@ struct StageSamples {
     pose.push_back(times.tracking);
     tracking.push_back(times.features + times.tracking);
     if (keyframe) mapping.push_back(times.mapping);
-    frame.push_back(TotalOf(times));
+    frame.push_back(times.total);
   }
 
   StageTimes Summary() const {
@@ -199,9 +196,12 @@ Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera,
 // Frames of a dataset, on request or at the pace of their stamps.
 class FrameSource {
  public:
-  FrameSource(const Dataset& dataset, const SlamRunOptions& options) {
-    const FrameReaderOptions range{
-        .begin = options.begin, .end = options.end, .prefetch = options.prefetch};
+  FrameSource(const Dataset& dataset, const SlamRunOptions& options, RunProfile* profile)
+      : profile_(profile) {
+    const FrameReaderOptions range{.begin = options.begin,
+                                   .end = options.end,
+                                   .prefetch = options.prefetch,
+                                   .profile = profile};
     if (options.live) {
       live_.emplace(dataset, range);
     } else {
@@ -209,7 +209,10 @@ class FrameSource {
     }
   }
 
-  std::optional<RgbdImage> Next() { return live_ ? live_->Next() : reader_->Next(); }
+  std::optional<RgbdImage> Next() {
+    const StageTimer timer(profile_, "next image");
+    return live_ ? live_->Next() : reader_->Next();
+  }
   std::size_t position() const { return live_ ? live_->position() : reader_->position(); }
   std::size_t count() const { return live_ ? live_->count() : reader_->count(); }
   std::size_t dropped() const { return live_ ? live_->dropped() : 0; }
@@ -217,14 +220,17 @@ class FrameSource {
   std::size_t left() const { return count() - std::min(position(), count()); }
 
  private:
+  RunProfile* const profile_;
   std::optional<FrameReader> reader_;  // one of the two
   std::optional<LiveReplay> live_;
 };
 
-SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options) {
+SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options,
+                      RunProfile* profile) {
   SlamOptions slam = options.slam;
   if (options.live) slam.mapper.wait = false;
-  SlamInputs inputs{.map = LoadMapFor(options.load_map, sensor.camera, slam.frame)};
+  SlamInputs inputs{.map = LoadMapFor(options.load_map, sensor.camera, slam.frame),
+                    .profile = profile};
   if (options.imu) inputs.imu = options.imu->calibration;
   return SlamSystem(sensor, slam, std::move(inputs));
 }
@@ -298,7 +304,7 @@ class RunTally {
     run_.matched_points += result.matched_points;
     run_.matched_lines += result.matched_lines;
     run_.per_frame.push_back(
-        {result.stamp, result.matched_points, result.matched_lines, TotalOf(result.times)});
+        {result.stamp, result.matched_points, result.matched_lines, result.times.total});
     if (result.reason) reasons_[result.stamp] = *result.reason;
     if (result.repeated) ++run_.repeated;
     if (HasPose(result.state)) {
@@ -398,6 +404,11 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
   run->lines = slam.map().num<MapLine>();
 }
 
+void SaveTrace(const SlamRunOptions& options, const RunProfile& profile, SlamRun* run) {
+  if (options.trace.empty() || run->largest.trajectory.empty()) return;
+  Attempt("trace", &run->failures, [&] { WriteTrace(options.trace, profile.trace()); });
+}
+
 double PosedShare(const SlamRun& run, std::size_t images) {
   const std::size_t posed = run.frames - run.lost.size();
   return images > 0 ? static_cast<double>(posed) / static_cast<double>(images) : 0.0;
@@ -423,7 +434,11 @@ TimingStatistics Summarize(std::vector<double> samples) {
   };
   return {
       std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size()),
-      at(0.5), at(0.95), at(0.99), samples.size()};
+      at(0.5),
+      at(0.95),
+      at(0.99),
+      samples.back(),
+      samples.size()};
 }
 
 double Coverage(const SlamRun& run) {
@@ -438,6 +453,11 @@ std::size_t CountColourImages(const SlamRun& run) {
   return run.frames + run.skipped + run.dropped + run.without_depth;
 }
 
+double ProcessorMsPerFrame(const SlamRun& run) {
+  if (run.frames == 0) return 0.0;
+  return 1e3 * (run.processor.process - run.processor.decoding) / static_cast<double>(run.frames);
+}
+
 void RequireWhole(const SlamRun& run) {
   if (!run.failures.empty()) throw std::runtime_error(run.failures.front());
 }
@@ -445,11 +465,13 @@ void RequireWhole(const SlamRun& run) {
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const FrameCallback& on_frame, const TrackedCallback& on_tracked) {
   const Stopwatch stopwatch;
-  SlamSystem slam = MakeSystem(sensor, options);
+  RunProfile profile(!options.trace.empty());
+  const ProfiledThread caller({"tracking", &profile});
+  SlamSystem slam = MakeSystem(sensor, options, &profile);
   ImuReplay imu(options.imu);
   GpsReplay gps(options.gps, slam);
-  DenseStage mapping(slam, dataset, sensor, options);
-  FrameSource reader(dataset, options);
+  DenseStage mapping(slam, dataset, sensor, options, &profile);
+  FrameSource reader(dataset, options, &profile);
 
   RunTally tally;
   StampedFrames tracked;
@@ -481,6 +503,8 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   FinishMap(sensor, options, slam, &run);
   mapping.Finish(&run);
   run.seconds = stopwatch.Seconds();
+  run.processor = profile.processor_seconds();
+  SaveTrace(options, profile, &run);
   return run;
 }
 

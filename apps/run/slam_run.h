@@ -13,6 +13,7 @@
 #include <highwall/frontend/calibration/depth_scale.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/system/slam_system.h>
+#include <highwall/internal/run_profile.h>
 #include <highwall/mapping/dense_mapper.h>
 
 #include "plots/sparse_map_picture.h"
@@ -38,6 +39,7 @@ struct SlamRunOptions {
   std::filesystem::path load_map;         // initial map; empty: none
   std::filesystem::path save_map;         // output file; empty: none
   std::filesystem::path keep_map;         // likewise, in the folder of the run
+  std::filesystem::path trace;            // output file of the stages of each thread; empty: none
   bool adjust_all = false;                // final adjustment of all keyframes and landmarks
   // If given, the camera is calibrated from the final map.
   std::optional<CameraCalibrationOptions> calibrate;
@@ -45,9 +47,9 @@ struct SlamRunOptions {
   std::function<bool()> stop{};
 };
 
-// Mean, median, 95th and 99th percentile of samples [ms]; zeros if there are none.
+// Mean, median, 95th and 99th percentile and maximum of samples [ms]; zeros if there are none.
 struct TimingStatistics {
-  double mean = 0.0, median = 0.0, p95 = 0.0, p99 = 0.0;
+  double mean = 0.0, median = 0.0, p95 = 0.0, p99 = 0.0, worst = 0.0;
   std::size_t count = 0;
 };
 TimingStatistics Summarize(std::vector<double> samples);
@@ -58,7 +60,7 @@ struct StageTimes {
   TimingStatistics pose;           // matching and pose estimation
   TimingStatistics tracking;       // features + pose: total per frame
   TimingStatistics mapping;        // local mapping, per keyframe
-  TimingStatistics frame;          // all of SlamSystem::Track, including keyframes and loops
+  TimingStatistics frame;          // all of SlamSystem::Track, with keyframes, waits and callbacks
   TimingStatistics dense;          // depth filters, cloud and octree of a keyframe
 };
 
@@ -169,7 +171,8 @@ struct SlamRun {
   double matched_points = 0.0, matched_lines = 0.0;  // mean per tracked frame
   std::vector<TrackedFrame> per_frame;               // including lost ones
   StageTimes times;
-  double seconds = 0.0;  // of the whole run, including the dense map
+  double seconds = 0.0;                    // of the whole run, including the dense map
+  RunProfile::ProcessorSeconds processor;  // likewise
   // Steps that failed at the end, with the reasons; other steps were not affected.
   std::vector<std::string> failures;
   std::size_t left = 0;  // unprocessed frames after SlamRunOptions::stop ended the run
@@ -181,6 +184,10 @@ double Coverage(const SlamRun& run);
 // Returns the same share of its colour images, including those without depth, which are not frames.
 double ColourCoverage(const SlamRun& run);
 std::size_t CountColourImages(const SlamRun& run);
+
+// Returns the processor time of a frame [ms]: of all threads over the whole run, the dense map
+// included and the decoding of images not, divided by the frames; 0 if there are none.
+double ProcessorMsPerFrame(const SlamRun& run);
 
 // Throws std::runtime_error if there are failures, for callers that need a complete result.
 void RequireWhole(const SlamRun& run);

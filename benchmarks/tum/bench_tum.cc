@@ -1,8 +1,10 @@
 // highwall_bench_tum: accuracy and speed of the SLAM system on sequences that `highwall slam`
 // accepts, and on generated ones. Each runs with each setting, several times; the table contains
-// medians. "track" is features, matching and pose of a frame, "frame" the total latency of a frame,
-// with keyframes and loops. Tracking time is given relative to cv::ORB::detectAndCompute on the
-// same images, measured in the same run between the frames. With --paired, two settings are
+// medians. "track" is features, matching and pose of a frame, "frame" its wall time with keyframes,
+// loops and waits, "cpu" the processor time of all threads for a frame. Times are also given
+// relative to cv::ORB::detectAndCompute on the same images, measured before and after each run.
+// With
+// --paired, two settings are
 // compared with each other instead (paired.h); "merge" creates the tables of stored runs, "figures"
 // compares with a file of figures (figures.h).
 #include <CLI/App.hpp>
@@ -38,7 +40,7 @@ struct ReportArguments {
   std::vector<std::string> sequences;
   std::vector<std::string> references;  // NAME=DIR
   std::string out;
-  bool json = false, markdown = false, no_times = false, paper = false;
+  bool json = false, markdown = false, no_times = false, unit = false, paper = false;
 };
 
 struct BenchArguments {
@@ -113,6 +115,7 @@ ReportOptions ReportOptionsOf(const ReportArguments& arguments) {
   if (arguments.json) options.format = ReportFormat::kJson;
   if (arguments.markdown || arguments.paper) options.format = ReportFormat::kMarkdown;
   options.times = !arguments.no_times;
+  options.unit = arguments.unit;
   options.paper = arguments.paper;
   for (const std::string& text : arguments.references) {
     options.references.push_back(ParseReference(text));
@@ -128,10 +131,10 @@ void Run(const BenchArguments& arguments) {
   SweepPlan plan = PlanOf(arguments);
   const apps::StopSignals signals;
   plan.stop = [&signals] { return signals.caught() != 0; };
-  if (text) fmt::print("{}", TextHeader());
+  if (text) fmt::print("{}", TextHeader(options.unit));
   const std::vector<RunRecord> records = RunSweep(plan, [&](const std::vector<RunRecord>& group) {
     if (!text) return;
-    fmt::print("{}", TextLine(MakeRow(group)));
+    fmt::print("{}", TextLine(MakeRow(group), options.unit));
     std::fflush(stdout);
   });
   const bool has_tables = plan.shard.count == 1 && !records.empty();  // a shard has none
@@ -144,8 +147,8 @@ void Merge(const std::vector<std::string>& sweeps, const ReportArguments& argume
       MergeRecords({sweeps.begin(), sweeps.end()}, arguments.sequences);
   const ReportOptions options = ReportOptionsOf(arguments);
   if (options.format == ReportFormat::kText) {
-    fmt::print("{}", TextHeader());
-    for (const SweepRow& row : MakeRows(records)) fmt::print("{}", TextLine(row));
+    fmt::print("{}", TextHeader(options.unit));
+    for (const SweepRow& row : MakeRows(records)) fmt::print("{}", TextLine(row, options.unit));
   }
   Report(records, options);
 }
@@ -211,6 +214,9 @@ std::vector<CLI::Option*> AddReportOptions(CLI::App& app, ReportArguments& argum
       app.add_flag("--no-times", arguments.no_times,
                    "Without what depends on the machine: times and memory")
           ->needs(markdown),
+      app.add_flag("--unit", arguments.unit,
+                   "Show the processor time of a frame in units of cv::ORB::detectAndCompute too, "
+                   "measured before and after each run"),
       app.add_flag("--paper", arguments.paper,
                    "Tables 1, 2 and 4 of the paper: points, points and lines, and the paper's "
                    "own settings")

@@ -172,18 +172,14 @@ OwnSetting::OwnSetting(const std::string& setting, const std::filesystem::path& 
 }
 
 apps::SlamRun OwnSetting::RunWhole(std::size_t begin, const std::string& label,
-                                   const std::function<void(const RgbdImage&)>& on_image,
                                    const std::function<bool()>& stop) const {
   apps::SlamRunOptions options = options_;
   options.stop = stop;
   options.begin = begin;
   apps::Progress progress(label);
-  apps::SlamRun run = apps::RunSlam(
-      *dataset_.images, dataset_.config.sensor, options,
-      [&](const FrameResult&, const RgbdImage& image, std::size_t done, std::size_t total) {
-        if (on_image) on_image(image);
-        progress.Update(done, total);
-      });
+  apps::SlamRun run = apps::RunSlam(*dataset_.images, dataset_.config.sensor, options,
+                                    [&](const FrameResult&, const RgbdImage&, std::size_t done,
+                                        std::size_t total) { progress.Update(done, total); });
   apps::RequireWhole(run);
   return run;
 }

@@ -54,11 +54,10 @@ class OwnSetting final : public Setting {
              const SettingMode& mode = {});
 
   const Dataset& images() const { return *dataset_.images; }
-  // Returns the complete result of a run in the mode of the constructor. on_image: called after
-  // each frame. Throws the errors of the run, and std::runtime_error if a part of it failed. stop:
-  // as SlamRunOptions::stop.
+  // Returns the complete result of a run in the mode of the constructor. stop: as
+  // SlamRunOptions::stop. Throws the errors of the run, and std::runtime_error if a part of it
+  // failed.
   apps::SlamRun RunWhole(std::size_t begin, const std::string& label,
-                         const std::function<void(const RgbdImage&)>& on_image = {},
                          const std::function<bool()>& stop = {}) const;
   SettingRun Run(std::size_t begin, const std::string& label) const override;
 

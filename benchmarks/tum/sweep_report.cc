@@ -39,7 +39,8 @@ void Report(const std::vector<RunRecord>& records, const ReportOptions& options)
   json["runs"] = MostRuns(rows);
   json["peak_memory_mib"] = PeakMemory(records);
   if (!comparisons.empty()) json["references"] = ToJson(comparisons);
-  std::string markdown = options.paper ? PaperTables(rows) : ToMarkdown(rows, options.times);
+  std::string markdown =
+      options.paper ? PaperTables(rows) : ToMarkdown(rows, options.times, options.unit);
   const std::string against = comparisons.empty() ? "" : '\n' + ToMarkdown(comparisons);
   markdown += against;
   if (!options.out.empty()) WriteTables(options.out, json, rows, markdown);

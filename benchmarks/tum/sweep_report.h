@@ -15,6 +15,7 @@ enum class ReportFormat { kText, kMarkdown, kJson };
 struct ReportOptions {
   ReportFormat format = ReportFormat::kText;
   bool times = true;                        // the Markdown contains times and memory
+  bool unit = false;                        // the tables contain processor time in units of cv::ORB
   bool paper = false;                       // the paper's tables instead of ours
   std::vector<ReferenceSystem> references;  // systems to compare with
   std::filesystem::path data;               // the folder of the sequences, for references

@@ -2,8 +2,11 @@
 
 #include <malloc.h>
 
+#include <algorithm>
+#include <cstddef>
 #include <fstream>
 #include <utility>
+#include <vector>
 
 #include <fmt/core.h>
 #include <opencv2/core/utility.hpp>
@@ -21,22 +24,54 @@
 namespace highwall::bench {
 namespace {
 
-// Times cv::ORB on the images of a run, between its frames.
-class OrbReference {
+// Keeps OpenCV on one thread, so that the clock of the caller counts all of its work.
+class OneOpenCvThread {
  public:
-  void Measure(const cv::Mat& bgr) {
-    cv::cvtColor(bgr, gray_, cv::COLOR_BGR2GRAY);
-    samples_.push_back(1e3 * WallSeconds([&] {
-                         orb_->detectAndCompute(gray_, cv::noArray(), keypoints_, descriptors_);
-                       }));
-  }
-  double MedianMs() const { return apps::Summarize(samples_).median; }
+  OneOpenCvThread() { cv::setNumThreads(1); }
+  ~OneOpenCvThread() { cv::setNumThreads(before_); }
+  OneOpenCvThread(const OneOpenCvThread&) = delete;
+  OneOpenCvThread& operator=(const OneOpenCvThread&) = delete;
 
  private:
+  const int before_ = cv::getNumThreads();
+};
+
+// Times cv::ORB on images of a sequence, evenly spaced over it: the unit of processor time of the
+// machine as it is at the moment.
+class OrbUnit {
+ public:
+  explicit OrbUnit(const Dataset& images) : images_(images) {}
+
+  void Measure(const std::function<bool()>& stop) {
+    const OneOpenCvThread single;
+    const std::size_t count = std::min(images_.size(), kMostImages);
+    for (std::size_t i = 0; i < count && !(stop && stop()); ++i) {
+      const std::optional<RgbdImage> image = images_.Load(i * images_.size() / count);
+      if (image) TimeOn(image->bgr);
+    }
+  }
+  double WallMs() const { return apps::Summarize(wall_ms_).median; }
+  double ProcessorMs() const { return apps::Summarize(processor_ms_).median; }
+
+ private:
+  static constexpr std::size_t kMostImages = 100;
+
+  void TimeOn(const cv::Mat& bgr) {
+    cv::cvtColor(bgr, gray_, cv::COLOR_BGR2GRAY);
+    double processor = 0.0;
+    wall_ms_.push_back(1e3 * WallSeconds([&] {
+                         processor = ThreadSeconds([&] {
+                           orb_->detectAndCompute(gray_, cv::noArray(), keypoints_, descriptors_);
+                         });
+                       }));
+    processor_ms_.push_back(1e3 * processor);
+  }
+
+  const Dataset& images_;
   cv::Ptr<cv::ORB> orb_ = cv::ORB::create(1000, 1.2F, 8);
   cv::Mat gray_, descriptors_;
   std::vector<cv::KeyPoint> keypoints_;
-  std::vector<double> samples_;
+  std::vector<double> wall_ms_, processor_ms_;
 };
 
 // Resets the peak memory, so that memory before the run is excluded if Linux allows it.
@@ -74,18 +109,29 @@ void AddErrors(const Trajectory* truth, const Trajectory& estimate, Scores* figu
       figures);
 }
 
-void AddTimes(const apps::SlamRun& run, double orb_ms, Scores* figures) {
+void AddTimes(const apps::SlamRun& run, Scores* figures) {
   Scores& f = *figures;
   f["tracking_ms"] = run.times.tracking.median;
   f["tracking_p99_ms"] = run.times.tracking.p99;
   f["frame_ms"] = run.times.frame.median;
   f["frame_mean_ms"] = run.times.frame.mean;
+  f["frame_p95_ms"] = run.times.frame.p95;
   f["frame_p99_ms"] = run.times.frame.p99;
+  f["frame_worst_ms"] = run.times.frame.worst;
+  f["processor_ms"] = apps::ProcessorMsPerFrame(run);
+  const auto frames = static_cast<double>(std::max<std::size_t>(run.frames, 1));
+  f["decoding_processor_ms"] = 1e3 * run.processor.decoding / frames;
   f["mapping_ms"] = run.times.mapping.median;
-  f["orb_ms"] = orb_ms;
-  f["tracking_over_orb"] = f["tracking_ms"] / orb_ms;
   f["seconds"] = run.seconds;
   f["peak_memory_mib"] = apps::PeakMemoryMib();
+}
+
+void AddUnits(const OrbUnit& orb, Scores* figures) {
+  Scores& f = *figures;
+  f["orb_ms"] = orb.WallMs();
+  f["orb_processor_ms"] = orb.ProcessorMs();
+  f["tracking_over_orb"] = f["tracking_ms"] / f["orb_ms"];
+  f["processor_over_orb"] = f["processor_ms"] / f["orb_processor_ms"];
 }
 
 void AddMapSizes(const DenseMap& map, Scores* figures) {
@@ -113,16 +159,18 @@ void AddCounts(const apps::SlamRun& run, Scores* figures) {
 
 std::optional<RunRecord> RunOnce(const std::filesystem::path& dataset, const RunKey& key,
                                  const std::function<bool()>& stop) {
-  ForgetPeakMemory();
   if (key.synchronous) cv::setNumThreads(1);  // as `highwall slam --deterministic`
   const OwnSetting setting(key.setting.switches, dataset,
                            {.synchronous = key.synchronous, .map = key.setting.map});
-  OrbReference orb;
-  apps::SlamRun run = setting.RunWhole(
-      0, NameOf(key).string(), [&orb](const RgbdImage& image) { orb.Measure(image.bgr); }, stop);
+  OrbUnit orb(setting.images());
+  orb.Measure(stop);
+  ForgetPeakMemory();
+  apps::SlamRun run = setting.RunWhole(0, NameOf(key).string(), stop);
   if (run.left > 0) return std::nullopt;
   RunRecord record{key, {}, run.loss_reasons, {}};
-  AddTimes(run, orb.MedianMs(), &record.figures);
+  AddTimes(run, &record.figures);
+  orb.Measure({});  // the run is complete
+  AddUnits(orb, &record.figures);
   AddCounts(run, &record.figures);
   if (run.largest.dense) AddMapSizes(*run.largest.dense, &record.figures);
   apps::SubmapRun& map = run.largest;

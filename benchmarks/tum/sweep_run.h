@@ -23,9 +23,16 @@ inline constexpr RelativePoseErrorOptions kThirtyFrames{.delta = 30.0, .all_pair
 //                    it cannot be computed
 //   coverage, frames, lost_frames, submaps, loops_closed, keyframes, points, lines
 //   tracking_ms, tracking_p99_ms    features, matching and pose of a frame
-//   frame_ms, frame_mean_ms, frame_p99_ms   total latency of a frame, with keyframes and loops
+//   frame_ms, frame_mean_ms, frame_p95_ms, frame_p99_ms, frame_worst_ms
+//                    wall time of a frame, with keyframes, loops and waits for other threads
+//   processor_ms     processor time of all threads, per frame, without the decoding of images
+//   decoding_processor_ms           that of decoding, likewise
 //   mapping_ms, seconds, peak_memory_mib
-//   orb_ms, tracking_over_orb       cv::ORB::detectAndCompute on the same images, between frames
+//   orb_ms, orb_processor_ms        cv::ORB::detectAndCompute (1000 features, 8 levels) on images
+//   of
+//                    the sequence, OpenCV on one thread: median over the images, before and after
+//                    the run; wall time, and processor time by the clock of that thread
+//   tracking_over_orb, processor_over_orb   in these units
 //   cloud_mb, octree_mb             of cloud.ply and map.bt, if there is a dense map
 std::optional<RunRecord> RunOnce(const std::filesystem::path& dataset, const RunKey& key,
                                  const std::function<bool()>& stop = {});

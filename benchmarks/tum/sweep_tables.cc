@@ -42,27 +42,59 @@ struct Column {
   double factor;
   int digits;
   bool of_machine = false;
+  bool of_unit = false;  // in units of cv::ORB
 };
 
-constexpr Column kMarkdownColumns[] = {{"APE RMSE [mm]", "ape_rmse_m", 1e3, 2},
-                                       {"RPE RMSE, 1 frame [mm]", "rpe_1_frame_rmse_m", 1e3, 2},
-                                       {"RPE RMSE, 30 frames [mm]", "rpe_30_frames_rmse_m", 1e3, 2},
-                                       {"coverage", "coverage", 1.0, 3},
-                                       {"lost", "lost_frames", 1.0, 0},
-                                       {"frame, median [ms]", "frame_ms", 1.0, 1, true},
-                                       {"frame, 99 % [ms]", "frame_p99_ms", 1.0, 0, true},
-                                       {"memory [MiB]", "peak_memory_mib", 1.0, 0, true},
-                                       {"keyframes", "keyframes", 1.0, 0},
-                                       {"points", "points", 1.0, 0},
-                                       {"lines", "lines", 1.0, 0},
-                                       {"cloud [MB]", "cloud_mb", 1.0, 1},
-                                       {"octree [MB]", "octree_mb", 1.0, 4}};
+constexpr Column kMarkdownColumns[] = {
+    {"APE RMSE [mm]", "ape_rmse_m", 1e3, 2},
+    {"RPE RMSE, 1 frame [mm]", "rpe_1_frame_rmse_m", 1e3, 2},
+    {"RPE RMSE, 30 frames [mm]", "rpe_30_frames_rmse_m", 1e3, 2},
+    {"coverage", "coverage", 1.0, 3},
+    {"lost", "lost_frames", 1.0, 0},
+    {"frame, median [ms]", "frame_ms", 1.0, 1, true},
+    {"frame, 95 % [ms]", "frame_p95_ms", 1.0, 0, true},
+    {"frame, 99 % [ms]", "frame_p99_ms", 1.0, 0, true},
+    {"frame, worst [ms]", "frame_worst_ms", 1.0, 0, true},
+    {"processor, per frame [ms]", "processor_ms", 1.0, 1, true},
+    {"processor, per frame [ORB]", "processor_over_orb", 1.0, 2, true, true},
+    {"memory [MiB]", "peak_memory_mib", 1.0, 0, true},
+    {"keyframes", "keyframes", 1.0, 0},
+    {"points", "points", 1.0, 0},
+    {"lines", "lines", 1.0, 0},
+    {"cloud [MB]", "cloud_mb", 1.0, 1},
+    {"octree [MB]", "octree_mb", 1.0, 4}};
+
+struct TextColumn {
+  const char* title;
+  const char* figure;
+  int width, digits;
+  bool of_unit = false;  // in units of cv::ORB
+};
+
+constexpr TextColumn kTextColumns[] = {{"APE m", "ape_rmse_m", 8, 5},
+                                       {"RPE1 m", "rpe_1_frame_rmse_m", 8, 5},
+                                       {"RPE30 m", "rpe_30_frames_rmse_m", 8, 5},
+                                       {"cover", "coverage", 6, 3},
+                                       {"lost", "lost_frames", 5, 0},
+                                       {"kf", "keyframes", 4, 0},
+                                       {"track ms", "tracking_ms", 8, 2},
+                                       {"track 99", "tracking_p99_ms", 8, 2},
+                                       {"frame ms", "frame_ms", 8, 2},
+                                       {"mean", "frame_mean_ms", 8, 2},
+                                       {"frame 95", "frame_p95_ms", 8, 2},
+                                       {"frame 99", "frame_p99_ms", 8, 2},
+                                       {"worst", "frame_worst_ms", 8, 2},
+                                       {"cpu ms", "processor_ms", 8, 2},
+                                       {"cpu/ORB", "processor_over_orb", 8, 2, true},
+                                       {"ORB ms", "orb_ms", 6, 2},
+                                       {"ratio", "tracking_over_orb", 6, 2},
+                                       {"MiB", "peak_memory_mib", 5, 0}};
 
 // Returns the columns for which any row has a value.
-std::vector<Column> UsedColumns(const std::vector<SweepRow>& rows, bool times) {
+std::vector<Column> UsedColumns(const std::vector<SweepRow>& rows, bool times, bool unit) {
   std::vector<Column> used;
   std::ranges::copy_if(kMarkdownColumns, std::back_inserter(used), [&](const Column& column) {
-    if (column.of_machine && !times) return false;
+    if ((column.of_machine && !times) || (column.of_unit && !unit)) return false;
     return std::ranges::any_of(rows, [&](const SweepRow& row) {
       return !SpreadCell(row, column.figure, column.factor, column.digits).empty();
     });
@@ -118,23 +150,25 @@ std::vector<SweepRow> MakeRows(const std::vector<RunRecord>& records) {
   return rows;
 }
 
-std::string TextHeader() {
-  return fmt::format(
-      "{:<23} {:<16} {:>8} {:>8} {:>8} {:>6} {:>5} {:>4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>6} "
-      "{:>6} {:>5}\n",
-      "sequence", "setting", "APE m", "RPE1 m", "RPE30 m", "cover", "lost", "kf", "track ms",
-      "track 99", "frame ms", "mean", "frame 99", "ORB ms", "ratio", "MiB");
+std::string TextHeader(bool unit) {
+  std::string line = fmt::format("{:<23} {:<16}", "sequence", "setting");
+  for (const TextColumn& column : kTextColumns) {
+    if (unit || !column.of_unit) line += fmt::format(" {:>{}}", column.title, column.width);
+  }
+  return line + '\n';
 }
 
-std::string TextLine(const SweepRow& row) {
-  const Scores& f = row.median;
-  std::string line = fmt::format(
-      "{:<23} {:<16} {:>8.5f} {:>8.5f} {:>8.5f} {:>6.3f} {:>5.0f} {:>4.0f} {:>8.2f} {:>8.2f} "
-      "{:>8.2f} {:>8.2f} {:>8.2f} {:>6.2f} {:>6.2f} {:>5.0f}\n",
-      row.sequence, row.setting, f.at("ape_rmse_m"), f.at("rpe_1_frame_rmse_m"),
-      f.at("rpe_30_frames_rmse_m"), f.at("coverage"), f.at("lost_frames"), f.at("keyframes"),
-      f.at("tracking_ms"), f.at("tracking_p99_ms"), f.at("frame_ms"), f.at("frame_mean_ms"),
-      f.at("frame_p99_ms"), f.at("orb_ms"), f.at("tracking_over_orb"), f.at("peak_memory_mib"));
+std::string TextLine(const SweepRow& row, bool unit) {
+  std::string line = fmt::format("{:<23} {:<16}", row.sequence, row.setting);
+  for (const TextColumn& column : kTextColumns) {
+    if (!unit && column.of_unit) continue;
+    const auto figure = row.median.find(column.figure);
+    const std::string cell = figure == row.median.end()
+                                 ? "-"  // of a run by an earlier version
+                                 : fmt::format("{:.{}f}", figure->second, column.digits);
+    line += fmt::format(" {:>{}}", cell, column.width);
+  }
+  line += '\n';
   if (!row.loss_reasons.empty()) {
     line += fmt::format("{:<23} {:<16} lost: {}\n", "", "", LossText(row.loss_reasons, ", "));
   }
@@ -158,8 +192,8 @@ nlohmann::json ToJson(const std::vector<SweepRow>& rows) {
   return report;
 }
 
-std::string ToMarkdown(const std::vector<SweepRow>& rows, bool times) {
-  const std::vector<Column> columns = UsedColumns(rows, times);
+std::string ToMarkdown(const std::vector<SweepRow>& rows, bool times, bool unit) {
+  const std::vector<Column> columns = UsedColumns(rows, times, unit);
   const bool losses =
       std::ranges::any_of(rows, [](const SweepRow& row) { return !row.loss_reasons.empty(); });
   std::string text = "| sequence | setting | runs |", rule = "|---|---|---|";

@@ -25,14 +25,15 @@ SweepRow MakeRow(std::vector<RunRecord> runs);
 // Returns the rows in the order of their first runs.
 std::vector<SweepRow> MakeRows(const std::vector<RunRecord>& records);
 
-// Text for a terminal.
-std::string TextHeader();
-std::string TextLine(const SweepRow& row);
+// Text for a terminal. unit: include the processor time in units of cv::ORB.
+std::string TextHeader(bool unit = false);
+std::string TextLine(const SweepRow& row, bool unit = false);
 // Returns {"sequences": {SEQUENCE: {SETTING: {"switches", "median", "low", "high", "loss_reasons",
 // "runs"}}}}.
 nlohmann::json ToJson(const std::vector<SweepRow>& rows);
-// times: include times and memory, which depend on the machine and its load.
-std::string ToMarkdown(const std::vector<SweepRow>& rows, bool times = true);
+// times: include times and memory, which depend on the machine and its load. unit: with times,
+// include the processor time in units of cv::ORB.
+std::string ToMarkdown(const std::vector<SweepRow>& rows, bool times = true, bool unit = false);
 // Returns one line per run.
 std::string ToCsv(const std::vector<SweepRow>& rows);
 

@@ -10,6 +10,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/internal/background_worker.h>
+#include <highwall/internal/stage_timer.h>
 #include <highwall/internal/stopwatch.h>
 #include <highwall/mapping/dense_cloud.h>
 #include <highwall/mapping/depth_camera.h>
@@ -68,11 +69,14 @@ struct DenseMapper::Impl {
     KeyframeOctree octree;
   };
 
-  Impl(const DenseMapOptions& of_map, const DepthCamera& camera)
-      : options((of_map.Validate(), of_map)),
+  Impl(const DenseMapOptions& of_map, const DepthCamera& camera, RunProfile* run)
+      : profile(run),
+        options((of_map.Validate(), of_map)),
         unprojector(camera.pinhole),
         filter(camera, options.cloud.voxel_size) {
-    if (options.background) worker.emplace(options.backlog, [this] { return Follow(kSlice); });
+    if (!options.background) return;
+    worker.emplace(
+        options.backlog, [this] { return Follow(kSlice); }, ThreadLabel{"dense mapping", profile});
   }
 
   // Runs `work` on the worker's thread, or here if there is no worker.
@@ -92,6 +96,7 @@ struct DenseMapper::Impl {
   bool Follow(Seconds budget);
   DenseMap Take(std::int32_t id, Layer& layer) const;
 
+  RunProfile* const profile;
   const DenseMapOptions options;
   const DepthUnprojector unprojector;
   DepthFilter filter;
@@ -130,6 +135,7 @@ void DenseMapper::Impl::Remove(std::int64_t id) {
 }
 
 void DenseMapper::Impl::Move(const std::map<std::int64_t, KeyframePose>& poses) {
+  const StageTimer timer(profile, "moved keyframes");
   filter.SetPoses(poses);
   std::vector<std::int64_t> gone;
   for (auto& [id, pose] : mapped) {
@@ -156,6 +162,7 @@ void DenseMapper::Impl::Move(const std::map<std::int64_t, KeyframePose>& poses) 
 
 bool DenseMapper::Impl::Follow(Seconds budget) {
   if (followed == known) return false;
+  const StageTimer timer(profile, "moved map");
   const Stopwatch stopwatch;
   const auto left = [&] { return budget - Seconds(stopwatch.Seconds()); };
   // The octrees are updated first, since a robot plans with them.
@@ -171,13 +178,15 @@ bool DenseMapper::Impl::Follow(Seconds budget) {
 
 DenseMap DenseMapper::Impl::Take(std::int32_t id, Layer& layer) const {
   DenseMap dense;
-  const Stopwatch octree;
-  layer.octree.Rebuild();
-  dense.octree = layer.octree.TakeMap();
-  dense.octree_ms = octree.Milliseconds();
-  const Stopwatch merge;
-  dense.cloud = layer.cloud.TakeMerged();
-  dense.merge_ms = merge.Milliseconds();
+  {
+    const StageTimer timer(profile, "octree", &dense.octree_ms);
+    layer.octree.Rebuild();
+    dense.octree = layer.octree.TakeMap();
+  }
+  {
+    const StageTimer timer(profile, "cloud", &dense.merge_ms);
+    dense.cloud = layer.cloud.TakeMerged();
+  }
   std::vector<Pose> cameras;
   for (const auto& [keyframe, pose] : mapped) {
     if (pose.layer == id) cameras.push_back(pose.T_WC);
@@ -186,8 +195,9 @@ DenseMap DenseMapper::Impl::Take(std::int32_t id, Layer& layer) const {
   return dense;
 }
 
-DenseMapper::DenseMapper(const DenseMapOptions& options, const DepthCamera& camera)
-    : impl_(std::make_unique<Impl>(options, camera)) {}
+DenseMapper::DenseMapper(const DenseMapOptions& options, const DepthCamera& camera,
+                         RunProfile* profile)
+    : impl_(std::make_unique<Impl>(options, camera, profile)) {}
 
 DenseMapper::~DenseMapper() = default;
 
@@ -204,9 +214,11 @@ void DenseMapper::Apply(const KeyframeEvent& event) {
 
 void DenseMapper::AddKeyframe(const KeyframeImage& keyframe) {
   impl_->Post([&impl = *impl_, keyframe] {
-    const Stopwatch stopwatch;
+    double milliseconds = 0.0;
+    StageTimer timer(impl.profile, "keyframe", &milliseconds);
     if (const auto ready = impl.filter.Push(keyframe)) impl.Map(*ready);
-    impl.keyframe_ms.push_back(stopwatch.Milliseconds());
+    timer.Stop();
+    impl.keyframe_ms.push_back(milliseconds);
   });
 }
 

@@ -123,6 +123,7 @@ std::vector<Case> Cases() {
       {"--load-map a --localize",
        {{"loaded_map", map}, {"localize_only", true}, {"loops", false}, {"dense_map", false}},
        [](O o) { return o.slam.localize_only && !o.slam.loops.enabled && !o.dense; }},
+      {"--trace a", json::object(), [](O o) { return o.trace == "a"; }},
       {"--json", json::object(), [](O) { return true; }},
       {"--report", json::object(), [](O) { return true; }},
       {"--overwrite", json::object(), [](O) { return true; }},

@@ -118,6 +118,7 @@ void ExpectStage(const json& milliseconds, const std::string& stage) {
   EXPECT_GT(figures["mean"], 0.0);
   EXPECT_GT(figures["median"], 0.0);
   EXPECT_GE(figures["p95"], figures["median"]);
+  EXPECT_GE(figures["worst"], figures["p99"]);
 }
 
 void ExpectReport(const json& report, std::size_t frames) {
@@ -138,7 +139,7 @@ void ExpectReport(const json& report, std::size_t frames) {
   EXPECT_GT(report["landmarks"]["points"], 100);
   EXPECT_GT(report["landmarks"]["lines"], 10);
   for (const char* stage :
-       {"points", "lines", "features", "pose", "tracking", "mapping", "dense"}) {
+       {"points", "lines", "features", "pose", "tracking", "mapping", "frame", "dense"}) {
     ExpectStage(report["milliseconds"], stage);
   }
   EXPECT_GT(report["peak_memory_mib"], 1.0);

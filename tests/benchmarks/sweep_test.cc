@@ -108,6 +108,17 @@ TEST(SweepTables, ARowHasTheMedianAndTheSpreadOfItsRuns) {
   }();
   EXPECT_NE(ToMarkdown(timed).find("| 20.0 |"), std::string::npos);
   EXPECT_EQ(ToMarkdown(timed, false).find("| 20.0 |"), std::string::npos);
+  const std::vector<SweepRow> in_units = [&] {
+    std::vector<RunRecord> one{records[1]};
+    one[0].figures["processor_over_orb"] = 7.5;
+    return MakeRows(one);
+  }();
+  EXPECT_EQ(ToMarkdown(in_units).find("| 7.50 |"), std::string::npos);
+  EXPECT_NE(ToMarkdown(in_units, true, true).find("| 7.50 |"), std::string::npos);
+  EXPECT_EQ(ToMarkdown(in_units, false, true).find("| 7.50 |"), std::string::npos);
+  EXPECT_NE(TextLine(in_units[0], true).find(" 7.50 "), std::string::npos);
+  EXPECT_EQ(TextLine(in_units[0]).find(" 7.50 "), std::string::npos);
+  EXPECT_NE(TextLine(in_units[0]).find(" - "), std::string::npos) << "without the newer figures";
   EXPECT_EQ(ToCsv({rows[1]}),
             "sequence,seed,setting,switches,lockstep,run,ape_rmse_m,coverage,loss_reasons\n"
             "\"hall\",0,\"both\",\"--features both\",1,1,0.5,1,\"\"\n");

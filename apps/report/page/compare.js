@@ -15,6 +15,8 @@
     ["intervals whose readings the images contradict", "run/imu/contradicted_intervals", 1, 0],
     ["intervals with readings at the end of the range", "run/imu/saturated_intervals", 1, 0],
     ["a frame, median [ms]", "run/milliseconds/frame/median", 1, -1], ["a frame, 95 % within [ms]", "run/milliseconds/frame/p95", 1, -1],
+    ["a frame, 99 % within [ms]", "run/milliseconds/frame/p99", 1, -1], ["a frame, worst [ms]", "run/milliseconds/frame/worst", 1, -1],
+    ["processor time of a frame [ms]", "run/processor_ms_per_frame", 1, -1],
     ["a keyframe's mapping, median [ms]", "run/milliseconds/mapping/median", 1, -1],
     ["memory [MiB]", "run/peak_memory_mib", 1, -1], ["points of the cloud", "run/map/cloud/points", 1, 0],
     ["occupied leaves of the octree", "run/map/octree/occupied_leaves", 1, 0],

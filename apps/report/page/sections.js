@@ -130,7 +130,7 @@
     const framed = known.filter((run) => run.frames);
     const yRange = framed.length ? sharedRange(framed.map((run) => run.frames.milliseconds), { logarithmic: true }) : null;
     return perRun(runs, (run) => (run.run.milliseconds ? pair(runs, Highwall.stageBars("Stages", stages(run), most),
-      run.frames ? chart({ title: "Each frame", note: "keyframes and loops included", yLabel: "time [ms]", unit: "ms", logarithmic: true, xRange: timeRange(runs), yRange, height: 262,
+      run.frames ? chart({ title: "Each frame", note: "keyframes, loops and waits included", yLabel: "time [ms]", unit: "ms", logarithmic: true, xRange: timeRange(runs), yRange, height: 262,
         series: [{ name: "", x: run.frames.t, y: run.frames.milliseconds, style: "s0" }] }) : null) : null));
   });
 

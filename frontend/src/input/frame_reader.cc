@@ -3,31 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include <highwall/internal/processor_time.h>
 #include <highwall/internal/stage_timer.h>
 
 namespace highwall {
-namespace {
-
-// Counts the processor time of decoding, which takes place on any thread.
-class DecodingTimer {
- public:
-  explicit DecodingTimer(RunProfile* profile) : profile_(profile), stage_(profile, "decoding") {
-    if (profile_ != nullptr) begin_ = ThreadProcessorSeconds();
-  }
-  ~DecodingTimer() {
-    if (profile_ != nullptr) profile_->AddDecoding(ThreadProcessorSeconds() - begin_);
-  }
-  DecodingTimer(const DecodingTimer&) = delete;
-  DecodingTimer& operator=(const DecodingTimer&) = delete;
-
- private:
-  RunProfile* const profile_;
-  const StageTimer stage_;
-  double begin_ = 0.0;  // [s]
-};
-
-}  // namespace
 
 FrameReader::FrameReader(const Dataset& dataset, const FrameReaderOptions& options)
     : dataset_(dataset),

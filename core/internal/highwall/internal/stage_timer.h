@@ -3,6 +3,7 @@
 #include <chrono>
 #include <utility>
 
+#include <highwall/internal/processor_time.h>
 #include <highwall/internal/run_profile.h>
 
 namespace [[gnu::visibility("default")]] highwall {
@@ -40,6 +41,25 @@ class StageTimer {
   const char* const stage_;
   double* milliseconds_;
   RunProfile::Clock::time_point begin_{};
+};
+
+// Measures the decoding of an image on the calling thread, and counts its processor time as such.
+class DecodingTimer {
+ public:
+  // profile: null: none.
+  explicit DecodingTimer(RunProfile* profile) : profile_(profile), stage_(profile, "decoding") {
+    if (profile_ != nullptr) begin_ = ThreadProcessorSeconds();
+  }
+  ~DecodingTimer() {
+    if (profile_ != nullptr) profile_->AddDecoding(ThreadProcessorSeconds() - begin_);
+  }
+  DecodingTimer(const DecodingTimer&) = delete;
+  DecodingTimer& operator=(const DecodingTimer&) = delete;
+
+ private:
+  RunProfile* const profile_;
+  const StageTimer stage_;
+  double begin_ = 0.0;  // [s]
 };
 
 }  // namespace highwall

@@ -21,6 +21,8 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
+class RunProfile;
+
 // Dense map built from depth images and their poses.
 struct DenseMap {
   std::vector<ColoredPoint> cloud;  // in W
@@ -63,8 +65,10 @@ struct DenseMapOptions {
 // failed one are lost. To be called from one thread at a time.
 class DenseMapper {
  public:
-  // Throws InvalidArgument on bad options or a bad camera.
-  DenseMapper(const DenseMapOptions& options, const DepthCamera& camera);
+  // profile: for the programs of Highwall, see SlamInputs of the front end; null: none; must
+  // outlive the mapper. Throws InvalidArgument on bad options or a bad camera.
+  DenseMapper(const DenseMapOptions& options, const DepthCamera& camera,
+              RunProfile* profile = nullptr);
   ~DenseMapper();
 
   // Applies an event of a SLAM system (SlamCallbacks::on_keyframes) by the calls below. Worlds are
