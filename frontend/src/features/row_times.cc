@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -12,6 +14,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/internal/median.h>
+#include <highwall/internal/target_clones.h>
 
 #include "features/feature_kinds.h"
 
@@ -21,7 +24,7 @@ namespace {
 constexpr double kFar = 100.0;  // [m] distance at which the motion of the camera is not visible
 
 // std::floor, whose call would keep the loop over a row from being vectorized.
-int Floor(float x) {
+inline int Floor(float x) {
   const auto towards_zero = static_cast<int>(x);
   return towards_zero - (x < static_cast<float>(towards_zero) ? 1 : 0);
 }
@@ -54,74 +57,58 @@ double MeanDepth(const FrameFeatures& features) {
   return count > 0 ? count / sum : kFar;
 }
 
-// One row of DepthAtTime: where its pixels appear slightly later, and the readings there.
-class LaterRow {
- public:
-  LaterRow(const cv::Mat& depth, const PinholeCamera& camera)
-      : depth_(depth),
-        camera_(camera),
-        mean_(MeanInverseDepth(depth)),
-        x_(static_cast<std::size_t>(depth.cols)),
-        columns_(x_.size()),
-        rows_(x_.size()) {
-    for (int u = 0; u < depth.cols; ++u) {
-      x_[static_cast<std::size_t>(u)] = static_cast<float>((u - camera.cx) / camera.fx);
-    }
-  }
+// `value` if `holds`, else 0. A conditional expression would keep a loop from being vectorized,
+// because its quotients could no longer be computed for all pixels.
+inline float OrZero(bool holds, float value) {
+  const std::uint32_t mask = 0U - static_cast<std::uint32_t>(holds);
+  return std::bit_cast<float>(std::bit_cast<std::uint32_t>(value) & mask);
+}
 
-  // rho, theta: the motion within the time by which row v is late.
-  void Fill(int v, const Eigen::Vector3f& rho, const Eigen::Vector3f& theta, cv::Mat* out) {
-    FindPixels(v, rho, theta);
-    const auto cx = static_cast<float>(camera_.cx), cy = static_cast<float>(camera_.cy);
-    const auto fx = static_cast<float>(camera_.fx), fy = static_cast<float>(camera_.fy);
-    float* filled = out->ptr<float>(v);
-    for (std::size_t u = 0; u < x_.size(); ++u) {
-      filled[u] = 0.0F;
-      if (!Contains(columns_[u], rows_[u])) continue;
-      const float z = depth_.ptr<float>(rows_[u])[columns_[u]];
-      if (!(z > 0.0F)) continue;
-      const float x = (static_cast<float>(columns_[u]) - cx) / fx;
-      const float y = (static_cast<float>(rows_[u]) - cy) / fy;
-      filled[u] = std::max(0.0F, z + rho.z() + z * (theta.x() * y - theta.y() * x));
-    }
-  }
-
- private:
-  bool Contains(int u, int v) const {
-    return u >= 0 && v >= 0 && u < depth_.cols && v < depth_.rows;
-  }
-
-  void FindPixels(int v, const Eigen::Vector3f& rho, const Eigen::Vector3f& theta) {
-    // Plain arrays and constants, and a quotient that is computed even if it is not used, allow the
-    // loop to be vectorized.
-    const float* row = depth_.ptr<float>(v);
-    const float* columns_x = x_.data();
-    int* columns = columns_.data();
-    int* rows = rows_.data();
-    const auto width = static_cast<int>(x_.size());
-    const auto y = static_cast<float>((v - camera_.cy) / camera_.fy);
-    const auto fx = static_cast<float>(camera_.fx), fy = static_cast<float>(camera_.fy);
-    const auto middle = static_cast<float>(v) + 0.5F;
-    const float mean = mean_, rho_x = rho.x(), rho_y = rho.y(), rho_z = rho.z();
-    const float theta_x = theta.x(), theta_y = theta.y(), theta_z = theta.z();
-    for (int u = 0; u < width; ++u) {
-      const float x = columns_x[u];
-      const float quotient = 1.0F / row[u];
-      const float inverse = row[u] > 0.0F ? quotient : mean;
-      const float turn = theta_x * y - theta_y * x;
-      const float dx = (rho_x - x * rho_z) * inverse + theta_y - theta_z * y - x * turn;
-      const float dy = (rho_y - y * rho_z) * inverse + theta_z * x - theta_x - y * turn;
-      columns[u] = Floor(static_cast<float>(u) + 0.5F - fx * dx);
-      rows[u] = Floor(middle - fy * dy);
-    }
-  }
-
-  const cv::Mat& depth_;
-  const PinholeCamera& camera_;
-  float mean_;            // [1/m]
-  std::vector<float> x_;  // of each column, on the plane z = 1
-  std::vector<int> columns_, rows_;
+// A depth image [m] and its camera, in plain numbers.
+struct DepthReadings {
+  const float* depth;
+  unsigned stride, width, height;  // [px]
+  const float* x;                  // of each column, on the plane z = 1
+  float mean;                      // [1/m] inverse depth where there is no reading
+  float fx, fy, cx, cy;            // [px]
 };
+
+// Motion of the camera [m], [rad], in plain numbers.
+struct SmallMotion {
+  float rho_x, rho_y, rho_z, theta_x, theta_y, theta_z;
+};
+
+// Fills a row with the readings at the pixels where its own appear after the motion, as they were
+// before it; 0 where there is none. y: of the row, on the plane z = 1. Free of branches, so that it
+// compiles to vector instructions (AVX2 without FMA: both clones round identically).
+HIGHWALL_TARGET_CLONES("avx2", "default")
+void ReadEarlierRow(const DepthReadings& readings, unsigned v, float y, const SmallMotion& motion,
+                    float* __restrict filled) {
+  const auto [depth, stride, width, height, columns_x, mean, fx, fy, cx, cy] = readings;
+  const auto [rho_x, rho_y, rho_z, theta_x, theta_y, theta_z] = motion;
+  const float* const row = depth + std::size_t{v} * stride;
+  const float middle = static_cast<float>(v) + 0.5F;
+  const auto count = static_cast<int>(width);
+  for (int u = 0; u < count; ++u) {
+    const float x = columns_x[u];
+    const bool measured = row[u] > 0.0F;
+    const float inverse = OrZero(measured, 1.0F / row[u]) + OrZero(!measured, mean);
+    const float turn = theta_x * y - theta_y * x;
+    const float dx = (rho_x - x * rho_z) * inverse + theta_y - theta_z * y - x * turn;
+    const float dy = (rho_y - y * rho_z) * inverse + theta_z * x - theta_x - y * turn;
+    const int column = Floor(static_cast<float>(u) + 0.5F - fx * dx);
+    const int line = Floor(middle - fy * dy);
+    const auto at_column = static_cast<unsigned>(column), at_line = static_cast<unsigned>(line);
+    const bool inside = (at_column < width) & (at_line < height);  // not below 0 either
+    const auto place =
+        static_cast<int>((at_line * stride + at_column) * static_cast<unsigned>(inside));
+    const float z = depth[place];
+    const float read_x = (static_cast<float>(column) - cx) / fx;
+    const float read_y = (static_cast<float>(line) - cy) / fy;
+    const float before = z + rho_z + z * (theta_x * read_y - theta_y * read_x);
+    filled[u] = OrZero(inside & (z > 0.0F) & (before > 0.0F), before);
+  }
+}
 
 // Returns the features with all of their points moved.
 std::shared_ptr<const FrameFeatures> Moved(const FrameFeatures& features,
@@ -145,10 +132,27 @@ cv::Mat DepthAtTime(const cv::Mat& depth, const PinholeCamera& camera, const Twi
       depth.type() == CV_32FC1 && depth.cols == camera.width && depth.rows == camera.height,
       "DepthAtTime: the depth image must be CV_32FC1 of the camera's size");
   cv::Mat earlier(depth.size(), CV_32FC1);
-  LaterRow row(depth, camera);
+  std::vector<float> columns_x;
+  for (int u = 0; u < depth.cols; ++u) {
+    columns_x.push_back(static_cast<float>((u - camera.cx) / camera.fx));
+  }
+  const DepthReadings readings{.depth = depth.ptr<float>(),
+                               .stride = static_cast<unsigned>(depth.step1()),
+                               .width = static_cast<unsigned>(depth.cols),
+                               .height = static_cast<unsigned>(depth.rows),
+                               .x = columns_x.data(),
+                               .mean = MeanInverseDepth(depth),
+                               .fx = static_cast<float>(camera.fx),
+                               .fy = static_cast<float>(camera.fy),
+                               .cx = static_cast<float>(camera.cx),
+                               .cy = static_cast<float>(camera.cy)};
   for (int v = 0; v < depth.rows; ++v) {
     const double late = delay + RowTime(v, depth.rows) * readout;
-    row.Fill(v, (late * motion.v).cast<float>(), (late * motion.omega).cast<float>(), &earlier);
+    const Eigen::Vector3f rho = (late * motion.v).cast<float>();
+    const Eigen::Vector3f theta = (late * motion.omega).cast<float>();
+    ReadEarlierRow(
+        readings, static_cast<unsigned>(v), static_cast<float>((v - camera.cy) / camera.fy),
+        {rho.x(), rho.y(), rho.z(), theta.x(), theta.y(), theta.z()}, earlier.ptr<float>(v));
   }
   return earlier;
 }
