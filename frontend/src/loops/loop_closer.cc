@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <highwall/internal/stage_timer.h>
+#include <highwall/internal/stopwatch.h>
 
 namespace highwall {
 

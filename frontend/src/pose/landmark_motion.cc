@@ -22,11 +22,14 @@ bool HaveMoved(const Pose& T_WC, const RgbdProjection& projection,
   constexpr double kMinChi2 = 25.9;
   constexpr int kMinSupportOfOthers = 20;  // PoseSolverOptions
   if (static_cast<int>(judged.size()) < options.min_points) return false;
+  const int of_judged = Support(static_cast<int>(judged.size()), judged_lines);
+  // Not even if all others support the pose.
+  const auto most = static_cast<int>(SupportOf(others));
+  if (most < options.outnumber * of_judged) return false;
   PoseSolverOptions of_others;
   of_others.min_support = kMinSupportOfOthers;
   const auto solution = SolvePose(T_WC, projection, others, of_others);
   const int support = solution ? Support(solution->num_points, solution->num_lines) : 0;
-  const int of_judged = Support(static_cast<int>(judged.size()), judged_lines);
   if (!solution || support < options.outnumber * of_judged) return false;
 
   Eigen::Matrix<double, 6, 6> information = solution->information;
