@@ -19,12 +19,10 @@ class ImageGradient {
   Eigen::Vector2f Nearest(float x, float y) const {
     return At(static_cast<int>(x + 0.5F), static_cast<int>(y + 0.5F));
   }
-  // The same between two points where IsInside() is true of both.
-  Eigen::Vector2f NearestInside(float x, float y) const {
-    const std::int16_t* g =
-        gradient_.ptr<std::int16_t>(static_cast<int>(y + 0.5F)) + 2 * static_cast<int>(x + 0.5F);
-    return {static_cast<float>(g[0]), static_cast<float>(g[1])};
-  }
+  // Returns the gradients of row v in the image, d/dx and d/dy of each pixel in turn.
+  const std::int16_t* Row(int v) const { return gradient_.ptr<std::int16_t>(v); }
+  int width() const { return gradient_.cols; }
+  int height() const { return gradient_.rows; }
   // Returns whether a point is in the image, and a pixel or more from its border.
   bool IsInside(const Eigen::Vector2f& p) const {
     return p.x() >= 1.0F && p.y() >= 1.0F && p.x() <= static_cast<float>(gradient_.cols - 2) &&

@@ -6,7 +6,6 @@
 #include <string>
 #include <utility>
 
-#include <opencv2/core/utility.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/ximgproc/edge_drawing.hpp>
 
@@ -123,15 +122,13 @@ LineFeatures LbdLineExtractor::Extract(const cv::Mat& gray) {
 
   const int count = static_cast<int>(segments.size());
   if (options.descriptors) features.descriptors.create(count, 32, CV_8U);
-  cv::parallel_for_(cv::Range(0, count), [&](const cv::Range& range) {
-    for (int i = range.start; i < range.end; ++i) {
-      LineSegment& segment = segments[static_cast<std::size_t>(i)];
-      if (options.refine) segment = internal::RefineSegment(gradient, segment);
-      if (!options.descriptors) continue;
-      const auto descriptor = internal::LineBandDescriptor(gradient, segment);
-      std::copy(descriptor.begin(), descriptor.end(), features.descriptors.ptr<std::uint8_t>(i));
-    }
-  });
+  for (int i = 0; i < count; ++i) {
+    LineSegment& segment = segments[static_cast<std::size_t>(i)];
+    if (options.refine) segment = internal::RefineSegment(gradient, segment);
+    if (!options.descriptors) continue;
+    const auto descriptor = internal::LineBandDescriptor(gradient, segment);
+    std::ranges::copy(descriptor, features.descriptors.ptr<std::uint8_t>(i));
+  }
   return features;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace highwall::internal {
 namespace {
@@ -16,22 +17,54 @@ using RowStatistics = Eigen::Array4f;
 // Means, then variances: comparisons are the same as for standard deviations.
 using BandStatistics = Eigen::Array<float, 8, 1>;
 
-// gradient_at: returns the gradient at a point (x, y).
-template <class Gradient>
-RowStatistics SumRow(const Gradient& gradient_at, Eigen::Vector2f p, const Eigen::Vector2f& step,
-                     int count, const Eigen::Vector2f& along, const Eigen::Vector2f& across) {
-  float across_positive = 0.0F, across_sum = 0.0F, along_positive = 0.0F, along_sum = 0.0F;
-  for (int i = 0; i < count; ++i, p += step) {
-    const Eigen::Vector2f g = gradient_at(p.x(), p.y());
-    const float g_across = across.dot(g), g_along = along.dot(g);
-    across_positive += std::max(g_across, 0.0F);
+// Rows are summed several at a time, each in the order of its samples.
+constexpr int kLanes = 8;
+using Lanes = Eigen::Array<float, kLanes, 1>;
+
+// Gradients at the samples of as many rows as there are lanes.
+struct RowSamples {
+  std::array<Eigen::Array<int, kLanes, 1>, kMaxSamples> dx, dy;
+};
+
+// Reads `count` samples of rows whose first ones lie at (x, y). is_inside: whether all are inside
+// of the image.
+void ReadRows(const ImageGradient& gradient, Lanes x, Lanes y, const Eigen::Vector2f& step,
+              int count, bool is_inside, RowSamples* samples) {
+  for (int i = 0; i < count; ++i, x += step.x(), y += step.y()) {
+    Eigen::Array<int, kLanes, 1> u = (x + 0.5F).cast<int>(), v = (y + 0.5F).cast<int>();
+    if (!is_inside) {
+      u = u.max(0).min(gradient.width() - 1);
+      v = v.max(0).min(gradient.height() - 1);
+    }
+    auto& dx = samples->dx[static_cast<std::size_t>(i)];
+    auto& dy = samples->dy[static_cast<std::size_t>(i)];
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const std::int16_t* g = gradient.Row(v[lane]) + 2 * u[lane];
+      dx[lane] = g[0];
+      dy[lane] = g[1];
+    }
+  }
+}
+
+void SumRows(const RowSamples& samples, int count, const Eigen::Vector2f& along,
+             const Eigen::Vector2f& across, std::span<RowStatistics, kLanes> rows) {
+  Lanes across_positive = Lanes::Zero(), across_sum = Lanes::Zero();
+  Lanes along_positive = Lanes::Zero(), along_sum = Lanes::Zero();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+    const Lanes dx = samples.dx[i].cast<float>(), dy = samples.dy[i].cast<float>();
+    const Lanes g_across = across.x() * dx + across.y() * dy;
+    const Lanes g_along = along.x() * dx + along.y() * dy;
+    across_positive += g_across.max(0.0F);
     across_sum += g_across;
-    along_positive += std::max(g_along, 0.0F);
+    along_positive += g_along.max(0.0F);
     along_sum += g_along;
   }
-  return RowStatistics(across_positive, across_positive - across_sum, along_positive,
-                       along_positive - along_sum) /
-         static_cast<float>(count);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    rows[static_cast<std::size_t>(lane)] =
+        RowStatistics(across_positive[lane], across_positive[lane] - across_sum[lane],
+                      along_positive[lane], along_positive[lane] - along_sum[lane]) /
+        static_cast<float>(count);
+  }
 }
 
 // Row weights: a Gaussian over the whole region times one about the centre of the band.
@@ -47,7 +80,7 @@ float LocalWeight(int distance) {
 }
 
 // Statistics over the rows of a band and its neighbours.
-BandStatistics Summarize(const std::array<RowStatistics, kRows>& rows, int band,
+BandStatistics Summarize(std::span<const RowStatistics> rows, int band,
                          const std::array<float, 2 * kBandWidth>& local_weights) {
   const int first = std::max(0, (band - 1) * kBandWidth);
   const int end = std::min(kRows, (band + 2) * kBandWidth);
@@ -94,17 +127,23 @@ std::array<std::uint8_t, 32> LineBandDescriptor(const ImageGradient& gradient,
     }
     return weights;
   }();
-  const auto anywhere = [&](float x, float y) { return gradient.Nearest(x, y); };
-  const auto inside = [&](float x, float y) { return gradient.NearestInside(x, y); };
+  const Lanes offsets = Lanes::LinSpaced(0.0F, kLanes - 1.0F) - static_cast<float>(kRows / 2);
   const Eigen::Vector2f whole = static_cast<float>(count - 1) * step;
-  std::array<RowStatistics, kRows> rows;
+  RowSamples samples;
+  std::array<RowStatistics, kRows + (kLanes - kRows % kLanes) % kLanes> rows;
+  for (int row = 0; row < kRows; row += kLanes) {
+    const Lanes offset = static_cast<float>(row) + offsets;
+    const Lanes x = middle_start.x() + offset * across.x();
+    const Lanes y = middle_start.y() + offset * across.y();
+    const Eigen::Vector2f first(x[0], y[0]), last(x[kLanes - 1], y[kLanes - 1]);
+    const bool is_inside = gradient.IsInside(first) && gradient.IsInside(first + whole) &&
+                           gradient.IsInside(last) && gradient.IsInside(last + whole);
+    ReadRows(gradient, x, y, step, count, is_inside, &samples);
+    SumRows(samples, count, along, across,
+            std::span(rows).subspan(static_cast<std::size_t>(row)).first<kLanes>());
+  }
   for (int row = 0; row < kRows; ++row) {
-    const Eigen::Vector2f start = middle_start + static_cast<float>(row - kRows / 2) * across;
-    const bool is_inside = gradient.IsInside(start) && gradient.IsInside(start + whole);
-    rows[static_cast<std::size_t>(row)] =
-        global_weights[static_cast<std::size_t>(row)] *
-        (is_inside ? SumRow(inside, start, step, count, along, across)
-                   : SumRow(anywhere, start, step, count, along, across));
+    rows[static_cast<std::size_t>(row)] *= global_weights[static_cast<std::size_t>(row)];
   }
   std::array<BandStatistics, kBands> bands;
   for (int band = 0; band < kBands; ++band) {

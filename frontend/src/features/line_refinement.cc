@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <numbers>
 #include <optional>
+#include <utility>
 
 #include <Eigen/LU>
 
@@ -21,24 +24,89 @@ Eigen::Vector2f PointAt(const LineSegment& segment, float share) {
   return segment.s + share * (segment.e - segment.s);
 }
 
-// Returns the longer segment merged with the shorter one, or nothing if they are not one edge.
-std::optional<LineSegment> Joined(const LineSegment& longer, const LineSegment& shorter,
-                                  float max_gap) {
-  constexpr float kMinCosine = 0.9986F;  // 3 degrees, and the same bright side
-  constexpr float kMaxOffset = 1.5F;     // [px] of the shorter one's ends
-  const float length = longer.Length();
-  const Eigen::Vector2f d = (longer.e - longer.s) / length;
-  const Eigen::Vector2f n(d.y(), -d.x());
-  const Eigen::Vector2f from = shorter.s - longer.s, to = shorter.e - longer.s;
-  if (std::max(std::abs(n.dot(from)), std::abs(n.dot(to))) > kMaxOffset) return std::nullopt;
-  if (d.dot(shorter.e - shorter.s) < kMinCosine * shorter.Length()) return std::nullopt;
-  const float first = d.dot(from), last = d.dot(to);
-  if (first > length + max_gap || last < -max_gap) return std::nullopt;
-  LineSegment joined = longer;
-  if (first < 0.0F) joined.s = shorter.s;
-  if (last > length) joined.e = shorter.e;
-  return joined;
+// Edge that fragments are joined to.
+class Edge {
+ public:
+  explicit Edge(const LineSegment& segment)
+      : segment_(segment),
+        length_(segment.Length()),
+        d_((segment.e - segment.s) / length_),
+        n_(d_.y(), -d_.x()) {}
+
+  const LineSegment& segment() const { return segment_; }
+
+  // Returns whether a shorter segment is part of the edge.
+  bool Continues(const LineSegment& shorter, float max_gap) const {
+    constexpr float kMinCosine = 0.9986F;  // 3 degrees, and the same bright side
+    constexpr float kMaxOffset = 1.5F;     // [px] of the shorter one's ends
+    const Eigen::Vector2f from = shorter.s - segment_.s, to = shorter.e - segment_.s;
+    if (std::max(std::abs(n_.dot(from)), std::abs(n_.dot(to))) > kMaxOffset) return false;
+    if (d_.dot(shorter.e - shorter.s) < kMinCosine * shorter.Length()) return false;
+    return !(d_.dot(from) > length_ + max_gap || d_.dot(to) < -max_gap);
+  }
+
+  Edge Joined(const LineSegment& shorter) const {
+    LineSegment joined = segment_;
+    if (d_.dot(shorter.s - segment_.s) < 0.0F) joined.s = shorter.s;
+    if (d_.dot(shorter.e - segment_.s) > length_) joined.e = shorter.e;
+    return Edge(joined);
+  }
+
+ private:
+  LineSegment segment_;
+  float length_;
+  Eigen::Vector2f d_, n_;
+};
+
+// Sorts the longest first; of equal length as they were.
+void SortByLength(std::vector<LineSegment>* segments) {
+  std::vector<std::pair<float, std::size_t>> order;  // (minus the length, index)
+  order.reserve(segments->size());
+  for (const LineSegment& segment : *segments) order.emplace_back(-segment.Length(), order.size());
+  std::sort(order.begin(), order.end());
+  std::vector<LineSegment> sorted;
+  sorted.reserve(segments->size());
+  for (const auto& [length, index] : order) sorted.push_back((*segments)[index]);
+  *segments = std::move(sorted);
 }
+
+// Segments by the sector of their direction.
+class Directions {
+ public:
+  explicit Directions(const std::vector<LineSegment>& segments) : count_(segments.size()) {
+    for (std::size_t i = 0; i < segments.size(); ++i) sectors_[SectorOf(segments[i])].push_back(i);
+  }
+
+  // Returns the first segment of those from `begin` on that are within 5 degrees of the direction
+  // of a segment, and some others, for which `fits` is true; the number of segments if there is
+  // none.
+  template <class Predicate>
+  std::size_t FindParallel(const LineSegment& segment, std::size_t begin,
+                           const Predicate& fits) const {
+    std::size_t found = count_;
+    const std::size_t middle = SectorOf(segment);
+    for (std::size_t k = 0; k < 3; ++k) {  // the sector and its neighbours
+      const auto& sector = sectors_[(middle + kSectors - 1 + k) % kSectors];
+      auto i = std::lower_bound(sector.begin(), sector.end(), begin);
+      while (i != sector.end() && *i < found && !fits(*i)) ++i;
+      if (i != sector.end()) found = std::min(found, *i);
+    }
+    return found;
+  }
+
+ private:
+  static constexpr std::size_t kSectors = 64;  // of 5.6 degrees
+
+  static std::size_t SectorOf(const LineSegment& segment) {
+    constexpr float kTurn = 2.0F * std::numbers::pi_v<float>;
+    const Eigen::Vector2f d = segment.e - segment.s;
+    const float share = (std::atan2(d.y(), d.x()) + 0.5F * kTurn) / kTurn;  // of a turn
+    return static_cast<std::size_t>(share * kSectors) % kSectors;
+  }
+
+  std::size_t count_;
+  std::array<std::vector<std::size_t>, kSectors> sectors_;  // each in ascending order
+};
 
 // Offset [px] along n of the peak of the gradient component along n, within two pixels of p.
 std::optional<float> GradientPeak(const ImageGradient& gradient, const Eigen::Vector2f& p,
@@ -99,22 +167,30 @@ LineSegment OrientByGradient(const ImageGradient& gradient, const LineSegment& s
 }
 
 std::vector<LineSegment> MergeCollinear(std::vector<LineSegment> segments, float max_gap) {
-  const auto longer = [](const LineSegment& a, const LineSegment& b) {
-    return a.Length() > b.Length();
-  };
-  std::stable_sort(segments.begin(), segments.end(), longer);
+  SortByLength(&segments);
+  const Directions directions(segments);
+  std::vector<bool> is_merged(segments.size(), false);
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    for (std::size_t j = i + 1; j < segments.size();) {
-      if (const auto joined = Joined(segments[i], segments[j], max_gap)) {
-        segments[i] = *joined;
-        segments.erase(segments.begin() + static_cast<std::ptrdiff_t>(j));
-        j = i + 1;  // the longer line may now reach fragments that were too distant before
-      } else {
-        ++j;
-      }
+    if (is_merged[i]) continue;
+    Edge edge(segments[i]);
+    const auto continues = [&](std::size_t j) {
+      return !is_merged[j] && edge.Continues(segments[j], max_gap);
+    };
+    // The longer edge may reach fragments that were too distant before: the search begins again.
+    for (;;) {
+      const std::size_t j = directions.FindParallel(edge.segment(), i + 1, continues);
+      if (j == segments.size()) break;
+      edge = edge.Joined(segments[j]);
+      is_merged[j] = true;
     }
+    segments[i] = edge.segment();
   }
-  std::stable_sort(segments.begin(), segments.end(), longer);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    if (!is_merged[i]) segments[kept++] = segments[i];
+  }
+  segments.resize(kept);
+  SortByLength(&segments);
   return segments;
 }
 
