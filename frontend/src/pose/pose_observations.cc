@@ -17,16 +17,6 @@ Eigen::Vector2d Judged(const NoiseFactors& noise) {
 
 }  // namespace
 
-bool PosePoint::Evaluate(const RgbdProjection& projection, const RgbdProjection::View& view,
-                         int used, Eigen::Vector3d* r, Eigen::Matrix<double, 3, 6>* J) const {
-  const bool inside = projection.Evaluate<3>(view, rows, p_W, r, J, nullptr);
-  if (!inside) r->setZero();
-  if (!inside && J != nullptr) J->setZero();
-  if (used == 2) r->z() = 0.0;
-  if (used == 2 && J != nullptr) J->row(2).setZero();
-  return inside;
-}
-
 int PosePoint::InlierRows(const Eigen::Vector3d& r, const InlierBounds& bounds,
                           bool pixels_first) const {
   const Eigen::Vector2d judged = Judged(noise);
@@ -36,24 +26,6 @@ int PosePoint::InlierRows(const Eigen::Vector3d& r, const InlierBounds& bounds,
   if (!(scaled.squaredNorm() > bounds.Of(dimension))) return dimension;
   const bool pixel_fits = scaled.head<2>().squaredNorm() <= bounds.Of(2);
   return pixels_first && pixel_fits ? 2 : 0;
-}
-
-bool PoseLine::Evaluate(const RgbdProjection& projection, const RgbdProjection::View& view, int,
-                        Eigen::Vector4d* r, Eigen::Matrix<double, 4, 6>* J) const {
-  for (int end = 0; end < 2; ++end) {
-    const Eigen::Vector3d p_W = end == 0 ? segment_W.p() : segment_W.q();
-    Eigen::Vector2d r_end;
-    Eigen::Matrix<double, 2, 6> J_end;
-    if (!projection.Evaluate<2>(view, rows[static_cast<std::size_t>(end)], p_W, &r_end,
-                                J != nullptr ? &J_end : nullptr, nullptr)) {
-      r->setZero();
-      if (J != nullptr) J->setZero();
-      return false;
-    }
-    r->segment<2>(2 * end) = r_end;
-    if (J != nullptr) J->middleRows<2>(2 * end) = J_end;
-  }
-  return true;
 }
 
 int PoseLine::InlierRows(const Eigen::Vector4d& r, const InlierBounds& bounds, bool) const {

@@ -4,14 +4,17 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include <ceres/tiny_solver.h>
+#include <Eigen/Cholesky>
 
 #include <highwall/core/error.h>
 #include <highwall/core/so3.h>
 #include <highwall/internal/median.h>
 
+#include "pose/pose_rows.h"
 #include "pose/support.h"
 
 namespace highwall {
@@ -20,67 +23,60 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// Scaling of rows r with Jacobian J by which least squares minimizes the Huber cost rho(|r|^2):
-// both are scaled by `factor`, and the square of `missing` is added to the cost. Cost and gradient
-// are then those of rho, and J^T J is weighted as in iteratively reweighted least squares. (Scaling
-// r to |r|^2 = rho alone would halve J^T J for large residuals, and steps would be twice too long.)
-struct HuberWeight {
-  double factor = 1.0;
-  double missing_squared = 0.0;
-};
-
-HuberWeight WeighHuber(double squared_norm, double threshold) {
-  if (squared_norm <= threshold * threshold) return {};
-  const double norm = std::sqrt(squared_norm);
-  return {std::sqrt(threshold / norm), threshold * (norm - threshold)};
-}
-
-// Output of residuals and Jacobian of a pose-only problem, row by row, with robust weights.
-class Output {
- public:
-  // jacobian: column-major, rows x 6, or null. step_jacobian: from the tangent at the stepped pose,
-  // of the rows' derivatives, to the tangent where the step begins, of the unknowns.
-  Output(double* residuals, double* jacobian, int rows, const Eigen::Matrix3d& step_jacobian)
-      : r_(residuals, rows),
-        J_(jacobian, jacobian != nullptr ? rows : 0, 6),
-        step_jacobian_(step_jacobian) {}
+// J^T J and J^T r of all rows, in the tangent of PoseManifold.
+struct NormalEquations {
+  Matrix6 H = Matrix6::Zero();
+  Vector6 g = Vector6::Zero();
 
   template <int kRows>
-  void Append(const Eigen::Matrix<double, kRows, 1>& r, const Eigen::Matrix<double, kRows, 6>& J,
-              double huber) {
-    const HuberWeight weight = WeighHuber(r.squaredNorm(), huber);
-    missing_squared_ += weight.missing_squared;
-    r_.segment<kRows>(row_) = weight.factor * r;
-    if (J_.rows() > 0) {
-      auto rows = J_.middleRows<kRows>(row_);
-      rows.template leftCols<3>() = weight.factor * J.template leftCols<3>();
-      rows.template rightCols<3>().noalias() =
-          (weight.factor * J.template rightCols<3>()) * step_jacobian_;
-    }
-    row_ += kRows;
+  void Add(const Eigen::Matrix<double, kRows, 1>& r, const Eigen::Matrix<double, kRows, 6>& J,
+           double weight) {
+    H.noalias() += weight * J.transpose() * J;
+    g.noalias() += weight * J.transpose() * r;
   }
-
-  // Adds the last row; returns false if a residual is not finite.
-  bool Finish() {
-    r_[row_] = std::sqrt(missing_squared_);
-    if (J_.rows() > 0) J_.row(row_).setZero();
-    return r_.allFinite();
+  // M: Jacobian of their unknowns by others, block-diagonal.
+  void ChangeUnknowns(const Eigen::Matrix3d& M_p, const Eigen::Matrix3d& M_theta) {
+    Matrix6 M = Matrix6::Zero();
+    M.topLeftCorner<3, 3>() = M_p;
+    M.bottomRightCorner<3, 3>() = M_theta;
+    H = (M.transpose() * H * M).eval();
+    g = (M.transpose() * g).eval();
   }
-
- private:
-  Eigen::Map<Eigen::VectorXd> r_;
-  Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> J_;
-  const Eigen::Matrix3d& step_jacobian_;
-  Eigen::Index row_ = 0;
-  double missing_squared_ = 0.0;
 };
 
-// The functor of ceres::TinySolver: rows of all inliers as a function of the tangent step x away
-// from `T_start`.
+// The problem that ceres::TinySolver is given instead of J and r, which have a row for each
+// measurement: R and R^-T J^T r with J^T J = R^T R, and the remaining cost in a last row. Cost,
+// gradient and J^T J are the same.
+struct SquareRoot {
+  Eigen::Matrix<double, 7, 6> J = Eigen::Matrix<double, 7, 6>::Zero();
+  Eigen::Matrix<double, 7, 1> r = Eigen::Matrix<double, 7, 1>::Zero();
+
+  SquareRoot(const NormalEquations& normal, double cost) {
+    // Pivots below this share of the diagonal are rounding: the direction is unobservable.
+    constexpr double kLeastPivot = 1e-14;
+    const Eigen::LDLT<Matrix6> ldlt(normal.H);  // P^T L D L^T P
+    const Vector6 pivots = ldlt.vectorD();
+    const Vector6 diagonal = ldlt.transpositionsP() * Vector6(normal.H.diagonal());
+    const Vector6 reduced = ldlt.matrixL().solve(Vector6(ldlt.transpositionsP() * normal.g));
+    Vector6 root = Vector6::Zero();
+    for (int i = 0; i < 6; ++i) {
+      if (pivots[i] <= kLeastPivot * diagonal[i]) continue;
+      root[i] = std::sqrt(pivots[i]);
+      r[i] = reduced[i] / root[i];
+    }
+    const Matrix6 P = ldlt.transpositionsP() * Matrix6::Identity();
+    J.topRows<6>() = root.asDiagonal() * (ldlt.matrixU() * P).eval();
+    const double rest = cost - r.squaredNorm();
+    r[6] = rest < 0.0 ? 0.0 : std::sqrt(rest);
+  }
+};
+
+// The functor of ceres::TinySolver: cost and normal equations of all inliers as a function of the
+// tangent step x away from `T_start`.
 class PoseProblem {
  public:
   using Scalar = double;
-  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = 6 };
+  enum { NUM_RESIDUALS = 7, NUM_PARAMETERS = 6 };
 
   PoseProblem(const Pose& T_start, const RgbdProjection& projection,
               const PerKind<PoseObservations>& seen, const PoseSolverOptions& options,
@@ -93,101 +89,76 @@ class PoseProblem {
         planes_(planes),
         plane_active_(planes.size(), true) {
     ForEachKind([&]<class Landmark>() {
-      PartOf<Landmark>(used_).assign(PartOf<Landmark>(seen_).size(), 0);
+      const PoseObservations<Landmark>& of_kind = PartOf<Landmark>(seen_);
+      PartOf<Landmark>(used_).assign(of_kind.size(), 0);
+      RowsOf<Landmark>& rows = PartOf<Landmark>(rows_);
+      rows.Reset(of_kind.size(), projection);
+      for (std::size_t i = 0; i < of_kind.size(); ++i) {
+        for (int end = 0; end < PoseTraits<Landmark>::Observation::kEnds; ++end) {
+          rows.Set(i, end, of_kind[i].End(end), of_kind[i].RowsOf(end));
+        }
+        // The cost outside of the domain is that of the worst inlier: all rows are in their domain
+        // where a round begins. If it were lower, a step past all landmarks would be the best fit.
+        rows.SetWorst(i, std::sqrt(options.inliers.Of(of_kind[i].dimension)));
+      }
     });
-  }
-
-  // The last row is the missing cost of robust rows.
-  int NumResiduals() const {
-    int rows = active_planes_ + (known_ != nullptr ? 6 : 0) + 1;
-    ForEachKind([&]<class Landmark>() {
-      rows += PoseTraits<Landmark>::Observation::kRows * PartOf<Landmark>(active_);
-    });
-    return rows;
   }
 
   bool operator()(const double* x, double* residuals, double* jacobian) const {
     const Vector6 step = Eigen::Map<const Vector6>(x);
-    if (!step.allFinite()) return false;
-    const Pose T = T_start_.Plus(step);
-    const RgbdProjection::View view = RgbdProjection::At(T.data());
-    const Eigen::Matrix3d step_jacobian = so3::RightJacobian(step.tail<3>());
-
-    Output out(residuals, jacobian, NumResiduals(), step_jacobian);
-    ForEachKind([&]<class Landmark>() {
-      using Observation = typename PoseTraits<Landmark>::Observation;
-      constexpr int kRows = Observation::kRows;
-      const PoseObservations<Landmark>& seen = PartOf<Landmark>(seen_);
-      const std::vector<int>& used = PartOf<Landmark>(used_);
-      for (std::size_t i = 0; i < seen.size(); ++i) {
-        if (used[i] == 0) continue;
-        Eigen::Matrix<double, kRows, 1> r;
-        Eigen::Matrix<double, kRows, 6> J;
-        if (!seen[i].Evaluate(projection_, view, used[i], &r, jacobian != nullptr ? &J : nullptr)) {
-          r[0] = WorstInlier(seen[i].dimension);
-        }
-        out.Append<kRows>(r, J, Observation::Huber(options_));
-      }
-    });
-    for (std::size_t i = 0; i < planes_.size(); ++i) {
-      if (!plane_active_[i]) continue;
-      Eigen::Matrix<double, 1, 6> J;
-      const double r = PlaneRow(view, planes_[i], jacobian != nullptr ? &J : nullptr);
-      out.Append<1>(Eigen::Matrix<double, 1, 1>(r), J, options_.plane_huber);
+    Eigen::Map<Eigen::Matrix<double, 7, 1>> r(residuals);
+    if (!step.allFinite()) {
+      r.setConstant(std::numeric_limits<double>::quiet_NaN());
+      return false;
     }
-    if (known_ != nullptr) AppendKnown(T, out);
-    return out.Finish();
+    const Pose T = step.isZero(0.0) ? T_start_ : T_start_.Plus(step);
+    NormalEquations normal;
+    NormalEquations* const wanted = jacobian != nullptr ? &normal : nullptr;
+    double cost = Evaluate(T, /*robust=*/true, wanted);
+    if (known_ != nullptr) cost += EvaluateKnown(T, wanted);
+    if (jacobian == nullptr) {
+      r << Vector6::Zero(), std::sqrt(cost);
+    } else {
+      // From the tangent at the stepped pose, of the derivatives, to the tangent where the step
+      // begins, of the unknowns.
+      normal.ChangeUnknowns(Eigen::Matrix3d::Identity(), so3::RightJacobian(step.tail<3>()));
+      const SquareRoot root(normal, cost);
+      r = root.r;
+      Eigen::Map<Eigen::Matrix<double, 7, 6>> J(jacobian);
+      J = root.J;
+    }
+    return r.allFinite();
   }
 
   // Computes information, gradient and error from the inliers at the solution's pose.
   void Sum(PoseSolution& solution) const {
-    const RgbdProjection::View view = RgbdProjection::At(solution.T_WC.data());
-    int rows = 0;
-    double squares = 0.0;
-    const auto add = [&](const auto& r, const auto& J, int dimension) {
-      solution.information.noalias() += J.transpose() * J;
-      solution.gradient.noalias() += J.transpose() * r;
-      squares += r.squaredNorm();
-      rows += dimension;
-    };
+    NormalEquations normal;
+    const double squares = Evaluate(solution.T_WC, /*robust=*/false, &normal);
+    solution.information = normal.H;
+    solution.gradient = normal.g;
+    int rows = active_planes_;
     ForEachKind([&]<class Landmark>() {
-      constexpr int kRows = PoseTraits<Landmark>::Observation::kRows;
-      const PoseObservations<Landmark>& seen = PartOf<Landmark>(seen_);
       const std::vector<int>& used = PartOf<Landmark>(used_);
-      for (std::size_t i = 0; i < seen.size(); ++i) {
-        if (used[i] == 0) continue;
-        Eigen::Matrix<double, kRows, 1> r;
-        Eigen::Matrix<double, kRows, 6> J;
-        seen[i].Evaluate(projection_, view, used[i], &r, &J);
-        add(r, J, used[i]);
-      }
+      rows = std::accumulate(used.begin(), used.end(), rows);
     });
-    for (std::size_t i = 0; i < planes_.size(); ++i) {
-      if (!plane_active_[i]) continue;
-      Eigen::Matrix<double, 1, 6> J;
-      const double r = PlaneRow(view, planes_[i], &J);
-      add(Eigen::Matrix<double, 1, 1>(r), J, 1);
-    }
     if (rows > 6) solution.error = squares / (rows - 6);
   }
 
   // Classifies inliers at T; former outliers may become inliers of the next round.
   void Classify(const Pose& T) {
-    const RgbdProjection::View view = RgbdProjection::At(T.data());
+    Project(T);
     ForEachKind([&]<class Landmark>() {
       const PoseObservations<Landmark>& seen = PartOf<Landmark>(seen_);
-      int& active = PartOf<Landmark>(active_);
-      active = 0;
+      const RowsOf<Landmark>& rows = PartOf<Landmark>(rows_);
+      PartOf<Landmark>(active_) = 0;
       for (std::size_t i = 0; i < seen.size(); ++i) {
-        Eigen::Matrix<double, PoseTraits<Landmark>::Observation::kRows, 1> r;
-        int& used = PartOf<Landmark>(used_)[i];
-        used = seen[i].Evaluate(projection_, view, seen[i].dimension, &r, nullptr)
-                   ? seen[i].InlierRows(r, options_.inliers, pixels_first_)
-                   : 0;
-        active += used > 0 ? 1 : 0;
+        const bool inside = rows.IsInside(i);
+        Use<Landmark>(i,
+                      inside ? seen[i].InlierRows(rows.At(i), options_.inliers, pixels_first_) : 0);
       }
     });
     active_planes_ = 0;
+    const RgbdProjection::View view = RgbdProjection::At(T.data());
     for (std::size_t i = 0; i < planes_.size(); ++i) {
       const double r = PlaneRow(view, planes_[i], nullptr);
       plane_active_[i] = r * r <= options_.inliers.Of(1);
@@ -201,10 +172,10 @@ class PoseProblem {
     pixels_first_ = pixels_first;
     ForEachKind([&]<class Landmark>() {
       const PoseObservations<Landmark>& seen = PartOf<Landmark>(seen_);
-      std::ranges::transform(seen, PartOf<Landmark>(used_).begin(), [&](const auto& observation) {
-        return observation.RowsAtStart(pixels_first);
-      });
-      PartOf<Landmark>(active_) = static_cast<int>(seen.size());
+      PartOf<Landmark>(active_) = 0;
+      for (std::size_t i = 0; i < seen.size(); ++i) {
+        Use<Landmark>(i, seen[i].RowsAtStart(pixels_first));
+      }
     });
     std::fill(plane_active_.begin(), plane_active_.end(), true);
     active_planes_ = static_cast<int>(planes_.size());
@@ -224,12 +195,12 @@ class PoseProblem {
 
   // Returns the median of z in C; for a line, of its midpoint.
   double Depth(const Pose& T) const {
-    const Pose T_CW = T.Inverse();
+    Project(T);
     std::vector<double> depths;
     ForEachKind([&]<class Landmark>() {
-      const PoseObservations<Landmark>& seen = PartOf<Landmark>(seen_);
-      for (std::size_t i = 0; i < seen.size(); ++i) {
-        if (PartOf<Landmark>(used_)[i] > 0) depths.push_back((T_CW * seen[i].Centre()).z());
+      const std::vector<int>& used = PartOf<Landmark>(used_);
+      for (std::size_t i = 0; i < used.size(); ++i) {
+        if (used[i] > 0) depths.push_back(PartOf<Landmark>(rows_).Depth(i));
       }
     });
     return depths.empty() ? 0.0 : UpperMedian(std::move(depths));
@@ -239,24 +210,76 @@ class PoseProblem {
   // Of each observation, the number of its rows that take part; 0 for an outlier.
   template <class Landmark>
   using UsedRows = std::vector<int>;
+  template <class Landmark>
+  using RowsOf = PoseRows<PoseTraits<Landmark>::Observation::kEndRows,
+                          PoseTraits<Landmark>::Observation::kEnds>;
 
-  // Cost outside the domain, that of the worst inlier: all rows are in their domain where a round
-  // begins. If it were lower, a step past all landmarks would be the best fit.
-  double WorstInlier(int dimension) const { return std::sqrt(options_.inliers.Of(dimension)); }
+  template <class Landmark>
+  void Use(std::size_t i, int used) {
+    using Observation = typename PoseTraits<Landmark>::Observation;
+    PartOf<Landmark>(used_)[i] = used;
+    PartOf<Landmark>(rows_).SetActive(i, used > 0, Observation::UsesDepth(used));
+    PartOf<Landmark>(active_) += used > 0 ? 1 : 0;
+  }
+
+  // Projects all landmarks, unless that was the last pose: the solver evaluates an accepted step a
+  // second time, and each round begins where the last one ended.
+  void Project(const Pose& T) const {
+    if (projected_ && std::equal(T.data(), T.data() + Pose::kSize, projected_->data())) return;
+    const RgbdProjection::View view = RgbdProjection::At(T.data());
+    ForEachKind([&]<class Landmark>() { PartOf<Landmark>(rows_).Project(view); });
+    projected_ = T;
+  }
+
+  // Returns the sum of squares of all inliers, robust or not; writes the normal equations in the
+  // tangent at T, where not null.
+  double Evaluate(const Pose& T, bool robust, NormalEquations* normal) const {
+    constexpr double kNoHuber = std::numeric_limits<double>::max();
+    Project(T);
+    const RgbdProjection::View view = RgbdProjection::At(T.data());
+    double cost = 0.0;
+    PoseNormalSums sums;
+    ForEachKind([&]<class Landmark>() {
+      const double huber = robust ? PoseTraits<Landmark>::Observation::Huber(options_) : kNoHuber;
+      const RowsOf<Landmark>& rows = PartOf<Landmark>(rows_);
+      cost += normal != nullptr ? rows.AddTo(&sums, huber) : rows.Cost(huber);
+    });
+    if (normal != nullptr) {
+      *normal = {sums.Information(), sums.Gradient()};
+      const Eigen::Matrix3d R_CW = projection_.R_CB() * view.R_BW;
+      normal->ChangeUnknowns(-R_CW, projection_.R_CB());
+    }
+    const double plane_huber = robust ? options_.plane_huber : kNoHuber;
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+      if (!plane_active_[i]) continue;
+      Eigen::Matrix<double, 1, 6> J;
+      const double r = PlaneRow(view, planes_[i], normal != nullptr ? &J : nullptr);
+      const double norm = std::abs(r), least = std::min(norm, plane_huber);
+      cost += least * (2.0 * norm - least);
+      if (normal == nullptr) continue;
+      const double weight = plane_huber / std::max(norm, plane_huber);
+      normal->Add(Eigen::Matrix<double, 1, 1>(r), J, weight);
+    }
+    return cost;
+  }
 
   static double PlaneRow(const RgbdProjection::View& view, const PointToPlaneRow& row,
                          Eigen::Matrix<double, 1, 6>* J) {
     return row.Evaluate(view.R_BW.transpose(), view.p_WB, J);
   }
 
-  void AppendKnown(const Pose& T, Output& out) const {
+  // The same of the prior.
+  double EvaluateKnown(const Pose& T, NormalEquations* normal) const {
     const Eigen::Vector3d theta = so3::Log(known_->T_WC.q().conjugate() * T.q());
     Vector6 e;
     e << T.p() - known_->T_WC.p(), theta;
     const Vector6 r = known_->sqrt_information * e;
-    Matrix6 J = known_->sqrt_information;
-    J.rightCols<3>() = J.rightCols<3>() * so3::RightJacobianInverse(theta);
-    out.Append<6>(r, J, std::numeric_limits<double>::infinity());
+    if (normal != nullptr) {
+      Matrix6 J = known_->sqrt_information;
+      J.rightCols<3>() = J.rightCols<3>() * so3::RightJacobianInverse(theta);
+      normal->Add(r, J, 1.0);
+    }
+    return r.squaredNorm();
   }
 
   Pose T_start_;
@@ -266,6 +289,9 @@ class PoseProblem {
   const PoseConstraint* known_;
   std::span<const PointToPlaneRow> planes_;
   bool pixels_first_ = false;
+  // The last projection is kept.
+  mutable PerKind<RowsOf> rows_;
+  mutable std::optional<Pose> projected_;
   PerKind<UsedRows> used_;
   PerKind<NumOfKind> active_{};
   std::vector<bool> plane_active_;

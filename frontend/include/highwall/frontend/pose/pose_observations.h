@@ -16,54 +16,52 @@
 
 // Observations of known landmarks by one image, from which SolvePose estimates its pose. Those of
 // each kind have
-//   kRows: number of residual rows,
+//   kEnds, kEndRows: the number of points of the landmark and of the residual rows of each,
+//   End(i), RowsOf(i): point i in W [m] and its rows,
+//   dimension: number of rows that can take part,
 //   Huber(options): the threshold of their robust cost,
 //   RowsAtStart(pixels_first): how many rows take part before the first classification of inliers,
 //     where pixels_first means without the depth of points,
-//   Evaluate(projection, view, used, r, J): the rows and, unless J is null, their Jacobian in the
-//     tangent of PoseManifold, where only `used` of them take part; all are zero, and it returns
-//     false, outside of the domain,
+//   UsesDepth(used): whether the last row of each end takes part if `used` rows do,
 //   InlierRows(r, bounds, pixels_first): how many rows take part where the residuals are r; 0 for
-//     an outlier,
-//   Centre(): a point [m] in W whose depth is that of the landmark.
+//     an outlier.
 namespace [[gnu::visibility("default")]] highwall {
 
 // A known world point and the rows of its observation; rows beyond `dimension` are zero.
 struct PosePoint {
-  static constexpr int kRows = 3;
+  static constexpr int kEnds = 1, kEndRows = 3;
 
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();  // [m]
   ProjectionRows<3> rows;
   int dimension = 3;     // 2 or 3
   NoiseFactors noise{};  // of the feature
 
+  const Eigen::Vector3d& End(int) const { return p_W; }
+  const ProjectionRows<3>& RowsOf(int) const { return rows; }
   static double Huber(const PoseSolverOptions& options) { return options.point_huber; }
   int RowsAtStart(bool pixels_first) const { return pixels_first ? 2 : dimension; }
-  bool Evaluate(const RgbdProjection& projection, const RgbdProjection::View& view, int used,
-                Eigen::Vector3d* r, Eigen::Matrix<double, 3, 6>* J) const;
+  static bool UsesDepth(int used) { return used > 2; }
   // With pixels_first, a point whose depth alone is inconsistent is kept without it.
   int InlierRows(const Eigen::Vector3d& r, const InlierBounds& bounds, bool pixels_first) const;
-  Eigen::Vector3d Centre() const { return p_W; }
 };
 
 // A known world line and the rows of its observation in the end-point form. The ends lie on the
 // line where the observed ends project to it (TrimToObservation), so that the distance is measured
 // at the observed ends and not at those of a longer map line.
 struct PoseLine {
-  static constexpr int kRows = 4;
+  static constexpr int kEnds = 2, kEndRows = 2;
 
   Segment3 segment_W;  // [m]
   std::array<ProjectionRows<2>, 2> rows;
   int dimension = 4;     // 2 or 4
   NoiseFactors noise{};  // of the feature
 
+  Eigen::Vector3d End(int i) const { return i == 0 ? segment_W.p() : segment_W.q(); }
+  const ProjectionRows<2>& RowsOf(int i) const { return rows[static_cast<std::size_t>(i)]; }
   static double Huber(const PoseSolverOptions& options) { return options.line_huber; }
   int RowsAtStart(bool) const { return dimension; }
-  bool Evaluate(const RgbdProjection& projection, const RgbdProjection::View& view, int used,
-                Eigen::Vector4d* r, Eigen::Matrix<double, 4, 6>* J) const;
+  static bool UsesDepth(int) { return true; }
   int InlierRows(const Eigen::Vector4d& r, const InlierBounds& bounds, bool pixels_first) const;
-  // Returns the midpoint.
-  Eigen::Vector3d Centre() const { return 0.5 * (segment_W.p() + segment_W.q()); }
 };
 
 // The form in which SolvePose takes a kind of landmark.
