@@ -69,6 +69,7 @@ Eigen::Vector2d PinholeCamera::Project(const Eigen::Vector3d& p_C,
                                        Eigen::Matrix<double, 2, 3>* duv_dp_C) const {
   const double iz = 1.0 / p_C.z();
   const Eigen::Vector2d m = p_C.head<2>() * iz;
+  if (duv_dp_C == nullptr && !HasDistortion()) return {fx * m.x() + cx, fy * m.y() + cy};
   Eigen::Matrix2d dm;
   const Eigen::Vector2d md = Distort(m, duv_dp_C ? &dm : nullptr);
   if (duv_dp_C != nullptr) {

@@ -63,11 +63,12 @@ void FeatureGrid::Query(const Eigen::Vector2d& centre, double radius, int min_oc
 }
 
 int FeatureGrid::Column(double x) const {
-  return static_cast<int>(std::clamp(std::floor(x / cell_size_), 0.0, columns_ - 1.0));
+  // Within these bounds the conversion rounds down.
+  return static_cast<int>(std::clamp(x / cell_size_, 0.0, columns_ - 1.0));
 }
 
 int FeatureGrid::Row(double y) const {
-  return static_cast<int>(std::clamp(std::floor(y / cell_size_), 0.0, rows_ - 1.0));
+  return static_cast<int>(std::clamp(y / cell_size_, 0.0, rows_ - 1.0));
 }
 
 }  // namespace highwall

@@ -25,8 +25,7 @@ LandmarkMatches<MapPoint> Matched(const MeasurementModel& model, const FrameFeat
 }  // namespace
 
 int MapMatcher::PredictOctave(const MapPoint& point, double distance) const {
-  const double octave =
-      std::log(point.max_distance / distance) / std::log(model_.pyramid().scale_factor);
+  const double octave = std::log(point.max_distance / distance) / log_scale_factor_;
   return std::clamp(static_cast<int>(std::lround(octave)), 0, model_.pyramid().levels - 1);
 }
 
@@ -36,6 +35,7 @@ LandmarkMatches<MapPoint> MapMatcher::MatchLast(const FrameFeatures& features, c
                                                 double radius_scale) const {
   const Pose T_CW = T_WC.Inverse();
   std::vector<ProjectedPoint> projections;
+  projections.reserve(last_points.size());
   for (std::size_t i = 0; i < last_points.size(); ++i) {
     const MapPoint* point = map.Find(last_points[i]);
     if (point == nullptr) continue;
@@ -65,6 +65,7 @@ LandmarkMatches<MapPoint> MapMatcher::Match(const FrameFeatures& features, const
   const Pose T_CW = T_WC.Inverse();
   const Eigen::Matrix3d R_CW = T_CW.R();
   std::vector<ProjectedPoint> projections;
+  projections.reserve(points.size());
   for (const PointId id : points) {
     const MapPoint* point = map.Find(id);
     if (point == nullptr) continue;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <span>
 #include <utility>
 #include <vector>
@@ -18,7 +19,8 @@ namespace highwall {
 class MapMatcher {
  public:
   // model: must outlive the matcher; its options define the search.
-  explicit MapMatcher(const MeasurementModel& model) : model_(model) {}
+  explicit MapMatcher(const MeasurementModel& model)
+      : model_(model), log_scale_factor_(std::log(model.pyramid().scale_factor)) {}
 
   const MeasurementModel& model() const { return model_; }
 
@@ -48,6 +50,7 @@ class MapMatcher {
   const MatchingOptions& matching() const { return model_.matching(); }
 
   const MeasurementModel& model_;
+  const double log_scale_factor_;
 };
 
 }  // namespace highwall
