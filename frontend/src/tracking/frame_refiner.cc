@@ -15,6 +15,7 @@
 #include "pose/support.h"
 #include "tracking/constant_velocity.h"
 #include "tracking/landmark_observations.h"
+#include "tracking/landmarks_around.h"
 
 namespace highwall {
 namespace {
@@ -83,11 +84,12 @@ class FrameRefiner::Job {
       if (more.IsZero()) continue;
       item.frame.frame.features = CorrectedDepth(*item.frame.frame.features, camera_, more);
     }
+    LandmarksAround around(map_);
     std::vector<bool> is_found(items_.size());
     for (int round = 0; round < rounds_; ++round) {
       for (std::size_t i = 0; i < items_.size() && !stop.stop_requested(); ++i) {
         if (!items_[i].refine || (round > 0 && !MoveRows(i))) continue;
-        if (FindPose(&items_[i].frame)) is_found[i] = true;
+        if (FindPose(&items_[i].frame, &around)) is_found[i] = true;
       }
     }
     for (std::size_t i = 0; i < items_.size(); ++i) {
@@ -126,10 +128,10 @@ class FrameRefiner::Job {
 
   // Estimates the pose from the landmarks that it was tracked by, then from all around. Returns
   // false and leaves the frame unchanged if the support falls below kEnough.
-  bool FindPose(TrackedFrame* frame) const {
+  bool FindPose(TrackedFrame* frame, LandmarksAround* around) const {
     TrackedFrame again = *frame;
     if (!Solve(&again)) return false;
-    MatchAround(matcher_, map_, tracker_.local_keyframes, &again);
+    MatchAround(matcher_, map_, tracker_.local_keyframes, &again, around);
     if (!Solve(&again) || !again.open.empty()) return false;
     if (SupportOf(again) < kEnough * SupportOf(*frame)) return false;
     again.reference = map_.Observers(again).front().first;

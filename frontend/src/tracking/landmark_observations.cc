@@ -43,6 +43,9 @@ LandmarkObservations LandmarksSeen(const MeasurementModel& model, const Map& map
   LandmarkObservations seen;
   ForEachKind([&]<class Landmark>() {
     LandmarkIds<Landmark>& landmarks = PartOf<Landmark>(tracked);
+    const auto matched = static_cast<std::size_t>(NumMatched(landmarks));
+    PartOf<Landmark>(seen).reserve(matched);
+    PartOf<Landmark>(seen.features).reserve(matched);
     for (std::size_t i = 0; i < landmarks.size(); ++i) {
       const Landmark* const landmark = map.Find(landmarks[i]);
       std::optional<typename PoseTraits<Landmark>::Observation> observation;
@@ -82,20 +85,22 @@ void TakePose(const LandmarkObservations& seen, const PoseSolution& solution,
 }
 
 PerKind<LandmarkIds> MatchAround(const MapMatcher& matcher, const Map& map, int most,
-                                 TrackedFrame* tracked) {
+                                 TrackedFrame* tracked, LandmarksAround* around) {
   std::vector<KeyFrameId> local;
   for (const auto& [id, shared] : map.Observers(*tracked)) {
     if (static_cast<int>(local.size()) == most) break;
     local.push_back(id);
   }
+  if (around != nullptr) around->MoveTo(local);
   const FrameFeatures& features = *tracked->frame.features;
   PerKind<LandmarkIds> in_view;
   ForEachKind([&]<class Landmark>() {
     LandmarkIds<Landmark>& landmarks = PartOf<Landmark>(*tracked);
     LandmarkIds<Landmark>& visible = PartOf<Landmark>(in_view);
     const LandmarkIds<Landmark> first = landmarks;
-    Apply(matcher.Match(features, tracked->T_WC, map, map.SeenBy<Landmark>(local, landmarks),
-                        Taken(landmarks), &visible),
+    const LandmarkIds<Landmark> others = around != nullptr ? around->Except<Landmark>(landmarks)
+                                                           : map.SeenBy<Landmark>(local, landmarks);
+    Apply(matcher.Match(features, tracked->T_WC, map, others, Taken(landmarks), &visible),
           landmarks);
     AppendMatched(first, &visible);
   });

@@ -12,6 +12,7 @@
 
 #include "map/map_matcher.h"
 #include "pose/degeneracy.h"
+#include "tracking/landmarks_around.h"
 #include "tracking/tracked_frame.h"
 
 namespace highwall {
@@ -56,9 +57,9 @@ void TakePose(const LandmarkObservations& seen, const PoseSolution& solution,
 
 // Matches a partly matched frame with all landmarks of the keyframes that share most landmarks with
 // it, at most `most` keyframes. Returns the landmarks predicted to be visible from its pose,
-// matched or not.
+// matched or not. around: of the map, where several frames are matched; may be null.
 PerKind<LandmarkIds> MatchAround(const MapMatcher& matcher, const Map& map, int most,
-                                 TrackedFrame* tracked);
+                                 TrackedFrame* tracked, LandmarksAround* around = nullptr);
 
 // The landmarks that a frame should have observed, and those that it did (MapPoint::visible,
 // MapPoint::found).
