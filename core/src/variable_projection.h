@@ -7,8 +7,9 @@
 #include <ceres/cost_function.h>
 #include <Eigen/Core>
 
+#include <highwall/internal/landmark_normal.h>
+
 #include "guarded_factor.h"
-#include "landmark_normal.h"
 #include "landmark_problem.h"
 
 namespace highwall::internal {

@@ -208,14 +208,12 @@ TEST(VisualInertialWindow, KeepsTheInformationOfMarginalizedStates) {
 // Returns the information [1/m^2, 1/rad^2] on the four motions that only the start constrains: all
 // of V moved along an axis, or rotated about gravity.
 Eigen::Vector4d GaugeInformation(const VisualInertialWindow& window) {
-  const SlidingWindowSmoother& smoother = window.smoother();
-  const Stamp newest = smoother.Stamps().back();
-  const std::vector<VariableId> ids = smoother.StatesAt(newest);  // pose, velocity, bias, T_VW
-  const Eigen::MatrixXd P =
-      *smoother.Covariance(std::vector<VariableId>{ids[0], ids[1], ids[3]});  // 6 + 3 + 6
-  const Pose T_VB = smoother.Value(Variable<Pose>{ids[0]});
-  const Pose T_VW = smoother.Value(Variable<Pose>{ids[3]});
-  const Eigen::Vector3d v_V = smoother.Value(Variable<Eigen::Vector3d>{ids[1]});
+  const Eigen::MatrixXd& all = window.covariance_V();  // [pose, velocity, bias ... T_VW]
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index k = 0; k < 9; ++k) rows.push_back(k);
+  for (Eigen::Index k = all.rows() - 6; k < all.rows(); ++k) rows.push_back(k);
+  const Eigen::MatrixXd P = all(rows, rows);  // 6 + 3 + 6
+  const auto& [T_VB, T_VW, v_V, bias] = window.newest_V();
   const Eigen::Vector3d up = T_VW.q() * window.gravity_W().vector();
   Eigen::Matrix<double, 15, 4> D = Eigen::Matrix<double, 15, 4>::Zero();
   D.topLeftCorner<3, 3>().setIdentity();

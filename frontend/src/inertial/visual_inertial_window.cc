@@ -3,17 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <type_traits>
 #include <utility>
+#include <vector>
 
-#include <highwall/core/prior.h>
+#include <highwall/core/error.h>
 #include <highwall/core/relative_pose.h>
 #include <highwall/core/so3.h>
-#include <highwall/factors/extrinsic_factor.h>
+#include <highwall/core/sqrt_information.h>
 #include <highwall/factors/imu_factor.h>
-#include <highwall/factors/time_offset_factor.h>
 #include <highwall/factors/zero_velocity.h>
 
-#include "inertial/joint_prior.h"
 #include "inertial/known_point.h"
 
 namespace highwall {
@@ -34,12 +34,17 @@ Matrix6 SqrtInformationOf(double position, double rotation, const Eigen::Vector3
   return w.asDiagonal() * about_body;
 }
 
-SlidingWindowOptions SmootherOptions(const InertialOptions& options,
-                                     const std::atomic<bool>* stopped) {
-  SlidingWindowOptions smoother{.max_states = options.window_states,
-                                .landmarks = LandmarkPolicy::kMarginalize};
-  smoother.solve.stop = stopped;
-  return smoother;
+// Landmarks of the window by their ids.
+template <class Id>
+using Known = std::vector<std::pair<Id, std::size_t>>;
+
+template <class Landmark>
+auto IndexOf(const std::vector<Landmark>& landmarks) {
+  Known<decltype(Landmark::id)> known;
+  known.reserve(landmarks.size());
+  for (std::size_t i = 0; i < landmarks.size(); ++i) known.emplace_back(landmarks[i].id, i);
+  std::sort(known.begin(), known.end());
+  return known;
 }
 
 // Returns the maximum number of landmarks of one image.
@@ -61,6 +66,7 @@ std::optional<VisualInertialWindow> VisualInertialWindow::Make(const ImuCalibrat
                                                                const InertialOptions& options,
                                                                const InertialPrior& prior,
                                                                const MapDrift& drift) {
+  options.Validate();
   if (!prior.IsFinite()) return std::nullopt;
   VisualInertialWindow window(calibration, model, options, prior, drift);
   if (!window.Begin(prior)) return std::nullopt;
@@ -75,62 +81,81 @@ VisualInertialWindow::VisualInertialWindow(const ImuCalibration& calibration,
       options_(options),
       drift_(drift),
       stopped_(std::make_unique<std::atomic<bool>>(false)),
-      smoother_(SmootherOptions(options, stopped_.get())),
-      map_loss_(std::make_shared<ceres::HuberLoss>(kHuber)),
+      landmarks_(model.projection()),
+      problem_(std::make_unique<WindowProblem>()),
       newest_V_(prior.estimate),
       newest_(prior.estimate),
       gravity_W_(prior.gravity_W),
+      time_offset_(prior.time_offset),
+      T_BC_(prior.T_BC),
       calibration_covariance_(prior.calibration_covariance),
       coupling_(prior.coupling) {
-  if (prior.T_BC) T_BC_ = smoother_.AddCalibration(*prior.T_BC);
-  model_.SetExtrinsics(prior.T_BC ? Pose() : calibration.T_BC);
-  gravity_ = smoother_.AddCalibration(prior.gravity_W);
-  time_offset_ = smoother_.AddCalibration(prior.time_offset);
-  if (!options_.estimate_time_offset) smoother_.Fix(time_offset_);
-  last_ = AddState(prior.estimate, Pose());
+  graph_.unknowns = {.time_offset = options.estimate_time_offset, .T_BC = prior.T_BC.has_value()};
+  graph_.values.gravity = prior.gravity_W;
+  graph_.values.time_offset = prior.time_offset;
+  graph_.values.T_BC = prior.T_BC.value_or(calibration.T_BC);
+  const InertialEstimate& start = prior.estimate;
+  graph_.values.states.push_back({start.state.T_WB, Pose(), start.state.v_WB, start.bias});
+  graph_.images.emplace_back();
+  graph_.factors.emplace_back();
 }
 
 bool VisualInertialWindow::Begin(const InertialPrior& prior) {
-  if (!AddPrior(prior)) return false;
-  const UpdateReport report = smoother_.Update(QueriedVariables());
-  if (!report.accepted || !report.covariance) return false;
+  if (!SetPrior(prior) || !problem_->Linearize(&graph_, &landmarks_).empty()) return false;
+  const std::optional<Eigen::MatrixXd> covariance = problem_->Covariance();
+  if (!covariance) return false;
   ReadNewest(prior.estimate.stamp);
-  ReadCovariance(*report.covariance);
+  ReadCovariance(*covariance);
   return true;
 }
 
-bool VisualInertialWindow::AddPrior(const InertialPrior& prior) {
-  std::vector<VariableId> ids = {last_.pose, last_.velocity, last_.bias, gravity_};
-  if (options_.estimate_time_offset) ids.push_back(time_offset_);
-  if (T_BC_) ids.push_back(*T_BC_);
-  if (!AddJointPrior(options_.estimate_time_offset ? prior.Joint() : prior.JointWithoutTimeOffset(),
-                     ids, &smoother_)) {
-    return false;
-  }
+bool VisualInertialWindow::SetPrior(const InertialPrior& prior) {
+  std::string fault;
+  const std::optional<Eigen::MatrixXd> root = internal::TrySqrtInformation(
+      options_.estimate_time_offset ? prior.Joint() : prior.JointWithoutTimeOffset(), &fault);
+  if (!root || !root->allFinite()) return false;
+  WindowLayout layout;
+  layout.OrderByState(1, graph_.unknowns);
+  std::vector<int> rows;  // of the joint covariance
+  for (int k = 0; k < 6; ++k) rows.push_back(layout.head[0] + k);
+  for (int k = layout.tail[0]; k < layout.size; ++k) rows.push_back(k);
+  WindowPrior& start = graph_.prior;
+  start.at = graph_.values;
+  start.H.setZero(layout.size, layout.size);
+  start.g.setZero(layout.size);
+  start.H(rows, rows) = root->transpose() * *root;
   const VisualNoise& noise = options_.visual_noise;
-  smoother_.AddFactor(
-      std::make_unique<PosePrior>(
-          Pose(), SqrtInformationOf(noise.position, noise.rotation, prior.estimate.state.T_WB.p())),
-      last_.T_VW);
-  return true;
+  const Matrix6 W =
+      SqrtInformationOf(noise.position, noise.rotation, prior.estimate.state.T_WB.p());
+  start.H.block<6, 6>(layout.head[0] + 6, layout.head[0] + 6) = W.transpose() * W;
+  return start.H.allFinite();
 }
 
-VisualInertialWindow::State VisualInertialWindow::AddState(const InertialEstimate& in_V,
-                                                           const Pose& T_VW) {
-  return {smoother_.AddState(in_V.stamp, in_V.state.T_WB),
-          smoother_.AddState(in_V.stamp, in_V.state.v_WB),
-          smoother_.AddState(in_V.stamp, in_V.bias), smoother_.AddState(in_V.stamp, T_VW)};
-}
-
-void VisualInertialWindow::AddImuFactor(const State& before, const State& after, const Step& step) {
-  smoother_.AddFactor(std::make_unique<ImuGravityFactor>(*step.imu, kStandardGravity, step.weight),
-                      before.pose, before.velocity, before.bias, after.pose, after.velocity,
-                      after.bias, gravity_);
+void VisualInertialWindow::AddState(const InertialEstimate& predicted_V, const Step& step) {
+  using Kind = WindowFactor::Kind;
+  const int before = graph_.states() - 1, after = before + 1;
+  const Pose T_VW = graph_.values.states.back().T_VW;
+  graph_.values.states.push_back(
+      {predicted_V.state.T_WB, T_VW, predicted_V.state.v_WB, predicted_V.bias});
+  graph_.images.push_back({predicted_V.state.v_WB, step.omega_B, step.time_offset});
+  std::vector<WindowFactor>& factors = graph_.factors.emplace_back();
+  factors.push_back({"ImuGravityFactor",
+                     std::make_unique<ImuGravityFactor>(*step.imu, kStandardGravity, step.weight),
+                     {{Kind::kBody, before},
+                      {Kind::kVelocity, before},
+                      {Kind::kBias, before},
+                      {Kind::kBody, after},
+                      {Kind::kVelocity, after},
+                      {Kind::kBias, after},
+                      {Kind::kGravity}}});
   const double root = std::sqrt(step.imu->delta().duration);
   const Matrix6 W =
       SqrtInformationOf(drift_.position * root, drift_.rotation * root, newest_.state.T_WB.p());
-  smoother_.AddFactor(std::make_unique<RelativePose>(Pose(), W), before.T_VW, after.T_VW);
-  if (step.stationary) smoother_.AddFactor(std::make_unique<ZeroVelocity>(), after.velocity);
+  factors.push_back({"RelativePose",
+                     std::make_unique<RelativePose>(Pose(), W),
+                     {{Kind::kMap, before}, {Kind::kMap, after}}});
+  if (!step.stationary) return;
+  factors.push_back({"ZeroVelocity", std::make_unique<ZeroVelocity>(), {{Kind::kVelocity, after}}});
 }
 
 bool VisualInertialWindow::Add(const Step& step, const std::stop_token& stop, std::string* reason) {
@@ -144,64 +169,78 @@ std::string VisualInertialWindow::TryAdd(const Step& step, const std::stop_token
   *stopped_ = false;
   const std::stop_callback on_stop(stop, [this] { *stopped_ = true; });
   if (*stopped_) return kStopped;
+  HIGHWALL_REQUIRE(std::isfinite(step.time_offset) && step.omega_B.allFinite(),
+                   "VisualInertialWindow: time offset and angular velocity must be finite");
   if (!step.imu->HasInformation()) return "its readings have no information";
-  const Eigen::Vector3d gravity_V = kStandardGravity * smoother_.Value(gravity_).vector();
+  const Eigen::Vector3d gravity_V = kStandardGravity * graph_.values.gravity.vector();
   const InertialEstimate predicted = Propagate(newest_V_, *step.imu, gravity_V);
-  const State after = AddState(predicted, smoother_.Value(last_.T_VW));
-  AddImuFactor(last_, after, step);
+  AddState(predicted, step);
   if (step.seen != nullptr) {
-    const ImageObservation observation{step, after, LossOf(*step.seen)};
     ForEachKind([&]<class Landmark>() {
       if constexpr (LandmarkTraits<Landmark>::kInInertialWindow) {
-        Observe<Landmark>(observation, MostOf<Landmark>(options_.tight));
+        Observe<Landmark>(step, MostOf<Landmark>(options_.tight));
       }
     });
   }
-  const State before = std::exchange(last_, after);
-  const UpdateReport report = smoother_.Update(QueriedVariables());
-  // Landmarks that were marginalized, and those of a rejected step.
-  ForEachKind([&]<class Landmark>() {
-    std::erase_if(PartOf<Landmark>(landmarks_),
-                  [&](const auto& known) { return !smoother_.Contains(known.second); });
-  });
-  if (!report.accepted) {
-    last_ = before;
-    return report.message.empty() ? "the update was rejected" : report.message;
-  }
-  ReadNewest(predicted.stamp);
-  if (report.covariance) ReadCovariance(*report.covariance);
+  std::string fault = problem_->Solve(*stopped_, &graph_, &landmarks_);
+  if (!fault.empty()) return fault;
   if (*stopped_) return kStopped;
-  return report.covariance ? "" : "a direction of the new state is not observable";
+  if (!graph_.values.IsFinite()) return "the solution is not finite";
+  const std::optional<Eigen::MatrixXd> covariance = problem_->Covariance();
+  if (!covariance) return "a direction of the new state is not observable";
+  ReadNewest(predicted.stamp);
+  ReadCovariance(*covariance);
+  return Shrink();
 }
 
-std::vector<VariableId> VisualInertialWindow::QueriedVariables() const {
-  std::vector<VariableId> queried = {last_.pose, last_.velocity, last_.bias, gravity_,
-                                     time_offset_};
-  if (T_BC_) queried.push_back(*T_BC_);
-  queried.push_back(last_.T_VW);
-  return queried;
+std::string VisualInertialWindow::Shrink() {
+  if (graph_.states() <= options_.window_states) return "";
+  WindowFrames frames;
+  frames.MoveTo(graph_.values, graph_.images, graph_.unknowns);
+  leaving_.Reset(static_cast<int>(frames.frames.size()));
+  if (!landmarks_.Leave(frames, &leaving_)) return "a landmark that leaves cannot be evaluated";
+  WindowLayout layout;
+  layout.OrderByState(graph_.states(), graph_.unknowns);
+  marginal_.Reset(layout.size);
+  leaving_.AddTo(frames, layout, &marginal_);
+  return graph_.RemoveOldest(&marginal_);
 }
 
 // The variance is that of the image's own residuals, times a factor for their common part as in
 // VisualNoise, because their errors are not independent.
-std::shared_ptr<ceres::LossFunction> VisualInertialWindow::LossOf(const SeenLandmarks& seen) const {
+WindowLoss VisualInertialWindow::LossOf(const SeenLandmarks& seen) const {
   const VisualNoise& noise = options_.visual_noise;
   const double variance = noise.scale * std::max(seen.error, noise.min_error);
-  return std::make_shared<ceres::ScaledLoss>(new ceres::HuberLoss(kHuber * std::sqrt(variance)),
-                                             1.0 / variance, ceres::TAKE_OWNERSHIP);
+  return {kHuber * std::sqrt(variance), 1.0 / variance};
 }
 
 template <class Landmark>
-void VisualInertialWindow::Observe(const ImageObservation& observation, int most) {
+void VisualInertialWindow::Observe(const Step& step, int most) {
   using Seen = SeenLandmark<Landmark>;
-  Variables<Landmark>& known = PartOf<Landmark>(landmarks_);
+  auto& landmarks = [&]() -> auto& {
+    if constexpr (std::is_same_v<Landmark, MapPoint>) {
+      return landmarks_.points();
+    } else {
+      return landmarks_.lines();
+    }
+  }
+  ();
+  const WindowLoss loss = LossOf(*step.seen);
+  const int camera = CameraFrame(graph_.states() - 1);
+  const auto add_view = [&](const Seen& one, auto* landmark) {
+    landmark->views.push_back(ViewOf(one));
+    landmark->views.back().frame = camera;
+    landmark->views.back().loss = loss;
+  };
+  const auto known = IndexOf(landmarks);
   std::vector<const Seen*> fresh;
-  for (const Seen& one : PartOf<Landmark>(*observation.step.seen)) {
-    const auto found = known.find(one.id);
-    if (found == known.end()) {
+  for (const Seen& one : PartOf<Landmark>(*step.seen)) {
+    const auto found =
+        std::ranges::lower_bound(known, one.id, {}, [](const auto& k) { return k.first; });
+    if (found == known.end() || found->first != one.id) {
       fresh.push_back(&one);
     } else {
-      AddObservation(observation, one, found->second);
+      add_view(one, &landmarks[found->second]);
       --most;
     }
   }
@@ -209,67 +248,60 @@ void VisualInertialWindow::Observe(const ImageObservation& observation, int most
   std::stable_sort(fresh.begin(), fresh.end(),
                    [](const Seen* a, const Seen* b) { return a->views.size() > b->views.size(); });
   fresh.resize(std::min(fresh.size(), static_cast<std::size_t>(std::max(most, 0))));
-  const Pose T_VM = smoother_.Value(observation.state.T_VW) * observation.step.T_WM;
+  const Pose T_VM = graph_.values.states.back().T_VW * step.T_WM;
   for (const Seen* one : fresh) {
-    const VariableOf<Landmark> landmark =
-        smoother_.AddLandmark(LandmarkTraits<Landmark>::VariableAt(T_VM * one->geometry_W));
-    known.emplace(one->id, landmark);
-    AddMapObservation(observation, *one, landmark);
-    AddObservation(observation, *one, landmark);
+    auto& landmark = landmarks.emplace_back();
+    landmark.id = one->id;
+    landmark.value = LandmarkTraits<Landmark>::VariableAt(T_VM * one->geometry_W);
+    add_view(*one, &landmark);
+    AddMapViews(step, *one, &landmark);
   }
 }
 
-void VisualInertialWindow::AddMapObservation(const ImageObservation& observation,
-                                             const SeenLandmark<MapPoint>& seen,
-                                             const Variable<Point>& point) {
-  smoother_.AddFactor(KnownPoint(seen, observation.step.T_WM, model_, kHuber),
-                      observation.state.T_VW, point);
+void VisualInertialWindow::AddMapViews(const Step& step, const SeenLandmark<MapPoint>& seen,
+                                       WindowPoint* point) const {
+  const std::unique_ptr<PointInFrame> known = KnownPoint(seen, step.T_WM, model_, kHuber);
+  const Eigen::Matrix3d& W = known->sqrt_information();
+  point->views.push_back({.frame = MapFrame(graph_.states() - 1), .rows = {W, -W * known->p_F()}});
 }
 
 // The map is treated as a body that carries the keyframes' cameras.
-void VisualInertialWindow::AddMapObservation(const ImageObservation& observation,
-                                             const SeenLandmark<MapLine>& seen,
-                                             const Variable<OrthonormalLine>& line) {
+void VisualInertialWindow::AddMapViews(const Step& step, const SeenLandmark<MapLine>& seen,
+                                       WindowLine* line) const {
   for (const auto& [T_MC, feature] : seen.views) {
-    smoother_.AddFactorToBlocks(model_.MakeFactor(*feature, observation.step.T_WM * T_MC),
-                                map_loss_, std::vector<VariableId>{observation.state.T_VW, line});
+    line->views.push_back({.frame = MapFrame(graph_.states() - 1),
+                           .loss = {.width = kHuber},
+                           .factor = model_.MakeFactor(*feature, step.T_WM * T_MC)});
   }
 }
 
-template <class Landmark>
-void VisualInertialWindow::AddObservation(const ImageObservation& observation,
-                                          const SeenLandmark<Landmark>& seen,
-                                          const VariableId& landmark) {
-  std::vector<VariableId> on = {observation.state.pose, landmark};
-  std::shared_ptr<ceres::CostFunction> factor = model_.MakeFactor(*seen.feature);
-  if (T_BC_) {
-    factor = std::make_shared<ExtrinsicFactor>(std::move(factor));
-    on.push_back(*T_BC_);
-  }
-  if (options_.estimate_time_offset) {
-    factor = std::make_shared<TimeOffsetFactor>(
-        std::move(factor), smoother_.Value(observation.state.velocity), observation.step.omega_B,
-        observation.step.time_offset);
-    on.push_back(time_offset_);
-  }
-  smoother_.AddFactorToBlocks(std::move(factor), observation.loss, on);
+WindowPointView VisualInertialWindow::ViewOf(const SeenLandmark<MapPoint>& seen) const {
+  return {.rows = model_.Rows(*seen.feature)};
+}
+
+WindowLineView VisualInertialWindow::ViewOf(const SeenLandmark<MapLine>& seen) const {
+  return {.factor = model_.MakeFactor(*seen.feature, Pose())};
 }
 
 void VisualInertialWindow::ReadNewest(Stamp stamp) {
+  const WindowState& state = graph_.values.states.back();
   newest_V_.stamp = newest_.stamp = stamp;
-  newest_V_.state = {smoother_.Value(last_.pose), smoother_.Value(last_.velocity)};
-  newest_V_.bias = newest_.bias = smoother_.Value(last_.bias);
-  const Pose T_WV = smoother_.Value(last_.T_VW).Inverse();
+  newest_V_.state = {state.T_VB, state.velocity};
+  newest_V_.bias = newest_.bias = state.bias;
+  const Pose T_WV = state.T_VW.Inverse();
   newest_.state = {T_WV * newest_V_.state.T_WB, T_WV.q() * newest_V_.state.v_WB};
-  gravity_W_ = UnitDirection(T_WV.q() * smoother_.Value(gravity_).vector());
+  gravity_W_ = UnitDirection(T_WV.q() * graph_.values.gravity.vector());
+  time_offset_ = graph_.values.time_offset;
+  if (T_BC_) T_BC_ = graph_.values.T_BC;
 }
 
 void VisualInertialWindow::ReadCovariance(const Eigen::MatrixXd& covariance) {
   // From [state, n, t_d, T_BC, T_VW] in V to [state, n, t_d, T_BC] in W, where T_BC is known
   // without it, e being the step of T_VW's rotation:
   //   p_W = R_VW^T (p_V - p_VW),   R_WB = Exp(-e) R_VW^T R_VB.
+  covariance_V_ = covariance;
   const Eigen::Index size = covariance.rows() - 6;
-  const Eigen::Matrix3d R_WV = smoother_.Value(last_.T_VW).R().transpose();
+  const Eigen::Matrix3d R_WV = newest_V().T_VW.R().transpose();
   const ImuState& in_W = newest_.state;
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(size, size + 6);
   J.leftCols(size).setIdentity();
@@ -280,7 +312,7 @@ void VisualInertialWindow::ReadCovariance(const Eigen::MatrixXd& covariance) {
   J.block<3, 3>(kV, kV) = R_WV;
   J.block<3, 3>(kV, size + 3) = so3::Hat(in_W.v_WB);
   const auto basis_W = UnitDirectionManifold::Basis(gravity_W_.data());
-  const UnitDirection gravity_V = smoother_.Value(gravity_);
+  const UnitDirection& gravity_V = graph_.values.gravity;
   J.block<2, 2>(kN, kN) =
       basis_W.transpose() * R_WV * UnitDirectionManifold::Basis(gravity_V.data());
   J.block<2, 3>(kN, size + 3) = basis_W.transpose() * so3::Hat(gravity_W_.vector());
@@ -291,8 +323,7 @@ void VisualInertialWindow::ReadCovariance(const Eigen::MatrixXd& covariance) {
 }
 
 InertialPrior VisualInertialWindow::Prior() const {
-  const std::optional<Pose> T_BC = T_BC_ ? std::optional(smoother_.Value(*T_BC_)) : std::nullopt;
-  return {newest_, gravity_W_, time_offset(), T_BC, calibration_covariance_, coupling_};
+  return {newest_, gravity_W_, time_offset_, T_BC_, calibration_covariance_, coupling_};
 }
 
 }  // namespace highwall

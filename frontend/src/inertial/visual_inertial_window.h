@@ -1,30 +1,27 @@
 #pragma once
 
 #include <atomic>
-#include <map>
 #include <memory>
 #include <optional>
 #include <stop_token>
 #include <string>
-#include <vector>
 
-#include <ceres/loss_function.h>
 #include <Eigen/Core>
 
-#include <highwall/core/line3.h>
 #include <highwall/core/manifolds.h>
 #include <highwall/core/pose.h>
-#include <highwall/core/sliding_window_smoother.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/inertial/inertial_report.h>
 #include <highwall/frontend/inertial/options.h>
 #include <highwall/frontend/input/sensor.h>
-#include <highwall/frontend/map/map_ids.h>
 #include <highwall/frontend/map/measurement_model.h>
 #include <highwall/frontend/map/seen_landmarks.h>
 
 #include "inertial/inertial_prior.h"
+#include "inertial/window_graph.h"
+#include "inertial/window_landmarks.h"
+#include "inertial/window_problem.h"
 
 namespace highwall {
 
@@ -74,26 +71,15 @@ class VisualInertialWindow {
   // In W.
   const InertialEstimate& newest() const { return newest_; }
   UnitDirection gravity_W() const { return gravity_W_; }
-  double time_offset() const { return smoother_.Value(time_offset_); }
+  double time_offset() const { return time_offset_; }
   // Returns the prior of a window that continues from this one.
   InertialPrior Prior() const;
-  // For inspection. States of a stamp are pose, velocity, bias, T_VW.
-  const SlidingWindowSmoother& smoother() const { return smoother_; }
+  // For inspection: the newest state in V, with T_VW, and the covariance of it and of the
+  // calibrations, [pose, velocity, bias, gravity, t_d, T_BC if it is an unknown, T_VW].
+  const WindowState& newest_V() const { return graph_.values.states.back(); }
+  const Eigen::MatrixXd& covariance_V() const { return covariance_V_; }
 
  private:
-  struct State {
-    Variable<Pose> pose;  // T_VB
-    Variable<Eigen::Vector3d> velocity;
-    Variable<ImuBias> bias;
-    Variable<Pose> T_VW;
-  };
-  // Observations of an image with its state.
-  struct ImageObservation {
-    const Step& step;
-    const State& state;
-    std::shared_ptr<ceres::LossFunction> loss;
-  };
-
   // prior: finite. The window is to be used only once Begin() has returned true.
   VisualInertialWindow(const ImuCalibration& calibration, const MeasurementModel& model,
                        const InertialOptions& options, const InertialPrior& prior,
@@ -101,44 +87,37 @@ class VisualInertialWindow {
   bool Begin(const InertialPrior& prior);
   // Returns the reason why the step is rejected; empty if it is not.
   std::string TryAdd(const Step& step, const std::stop_token& stop);
-  State AddState(const InertialEstimate& in_V, const Pose& T_VW);
-  bool AddPrior(const InertialPrior& prior);
-  void AddImuFactor(const State& before, const State& after, const Step& step);
-  std::shared_ptr<ceres::LossFunction> LossOf(const SeenLandmarks& seen) const;
+  bool SetPrior(const InertialPrior& prior);
+  // Adds a state that the readings predict, with their factors.
+  void AddState(const InertialEstimate& predicted_V, const Step& step);
+  WindowLoss LossOf(const SeenLandmarks& seen) const;
+  // Adds the observations of one kind by the newest state. most: maximum number of landmarks.
   template <class Landmark>
-  using VariableOf = Variable<typename LandmarkTraits<Landmark>::VariableType>;
-  template <class Landmark>
-  using Variables = std::map<Id<Landmark>, VariableOf<Landmark>>;
-
-  // Adds the observations of one kind. most: maximum number of landmarks of one image.
-  template <class Landmark>
-  void Observe(const ImageObservation& observation, int most);
+  void Observe(const Step& step, int most);
   // Adds the observations of a landmark by keyframes.
-  void AddMapObservation(const ImageObservation& observation, const SeenLandmark<MapPoint>& seen,
-                         const Variable<Point>& point);
-  void AddMapObservation(const ImageObservation& observation, const SeenLandmark<MapLine>& seen,
-                         const Variable<OrthonormalLine>& line);
-  template <class Landmark>
-  void AddObservation(const ImageObservation& observation, const SeenLandmark<Landmark>& seen,
-                      const VariableId& landmark);
+  void AddMapViews(const Step& step, const SeenLandmark<MapPoint>& seen, WindowPoint* point) const;
+  void AddMapViews(const Step& step, const SeenLandmark<MapLine>& seen, WindowLine* line) const;
+  WindowPointView ViewOf(const SeenLandmark<MapPoint>& seen) const;
+  WindowLineView ViewOf(const SeenLandmark<MapLine>& seen) const;
+  // Marginalizes the oldest state if there are too many. Returns as TryAdd().
+  std::string Shrink();
   void ReadNewest(Stamp stamp);
-  // Returns the variables, mainly of the newest state, whose covariance is read.
-  std::vector<VariableId> QueriedVariables() const;
   void ReadCovariance(const Eigen::MatrixXd& covariance);
 
   MeasurementModel model_;
   InertialOptions options_;
   MapDrift drift_;
-  std::unique_ptr<std::atomic<bool>> stopped_;  // polled by the smoother
-  SlidingWindowSmoother smoother_;
-  Variable<UnitDirection> gravity_;  // in V
-  Variable<double> time_offset_;
-  std::optional<Variable<Pose>> T_BC_;  // if it is an unknown
-  State last_;
-  PerKind<Variables> landmarks_;
-  std::shared_ptr<ceres::LossFunction> map_loss_;  // for observations by keyframes
-  InertialEstimate newest_V_, newest_;             // in V, in W
+  std::unique_ptr<std::atomic<bool>> stopped_;  // polled by the solver
+  WindowGraph graph_;
+  WindowLandmarks landmarks_;
+  std::unique_ptr<WindowProblem> problem_;
+  FrameSystem leaving_;  // scratch memory
+  WindowNormal marginal_;
+  InertialEstimate newest_V_, newest_;  // in V, in W
   UnitDirection gravity_W_;
+  double time_offset_;
+  std::optional<Pose> T_BC_;  // if it is an unknown
+  Eigen::MatrixXd covariance_V_;
   Eigen::MatrixXd calibration_covariance_;  // as that of InertialPrior
   Eigen::Matrix<double, 15, Eigen::Dynamic> coupling_;
 };
