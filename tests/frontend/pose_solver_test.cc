@@ -225,26 +225,18 @@ TEST_F(PoseSolver, PointsOnPlanesTakePartAndWrongOnesAreRejected) {
   EXPECT_NEAR(added, 40 * 2500.0, 1.0);
 }
 
-TEST_F(PoseSolver, AnObservationHasZeroRowsOutsideItsDomain) {
-  const Problem problem = Exact(10, 10);
-  const Pose beyond = kTruth * Pose::FromTangent({0, 0, 100.0}, {0, 0, 0});
-  const auto expect_rows = [&](const auto& observation, bool inside, const Pose& T_WC) {
-    constexpr int kRows = std::decay_t<decltype(observation)>::kRows;
-    Eigen::Matrix<double, kRows, 1> r = Eigen::Matrix<double, kRows, 1>::Ones();
-    Eigen::Matrix<double, kRows, 6> J = Eigen::Matrix<double, kRows, 6>::Ones();
-    EXPECT_EQ(observation.Evaluate(model.projection(), RgbdProjection::At(T_WC.data()),
-                                   observation.dimension, &r, &J),
-              inside);
-    EXPECT_EQ(J.isZero(0.0), !inside);
-    if (inside) {
-      EXPECT_EQ(observation.InlierRows(r, {}, false), observation.dimension);
-    } else {
-      EXPECT_TRUE(r.isZero(0.0));
-    }
-  };
-  for (const PosePoint& point : problem.points) expect_rows(point, true, kTruth);
-  for (const PosePoint& point : problem.points) expect_rows(point, false, beyond);
-  for (const PoseLine& line : problem.lines) expect_rows(line, false, beyond);
+TEST_F(PoseSolver, ALandmarkBehindTheCameraIsAnOutlier) {
+  Problem problem = Exact(30, 10);
+  problem.points[0].p_W = kTruth * Eigen::Vector3d(0.0, 0.0, -2.0);
+  problem.lines[0].segment_W = Segment3(kTruth * Eigen::Vector3d(-1.0, 0.0, -2.0),
+                                        kTruth * Eigen::Vector3d(1.0, 0.0, -2.0));
+  const auto solution = Solve(problem);
+  ASSERT_TRUE(solution);
+  EXPECT_FALSE(solution->inliers.points[0]);
+  EXPECT_FALSE(solution->inliers.lines[0]);
+  EXPECT_EQ(solution->num_points, 29);
+  EXPECT_EQ(solution->num_lines, 9);
+  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
 }
 
 TEST_F(PoseSolver, TooFewInliersAreNoSolution) {

@@ -147,7 +147,7 @@ void VisualInertialWindow::AddState(const InertialEstimate& predicted_V, const S
                       {Kind::kBody, after},
                       {Kind::kVelocity, after},
                       {Kind::kBias, after},
-                      {Kind::kGravity}}});
+                      {Kind::kGravityDirection}}});
   const double root = std::sqrt(step.imu->delta().duration);
   const Matrix6 W =
       SqrtInformationOf(drift_.position * root, drift_.rotation * root, newest_.state.T_WB.p());

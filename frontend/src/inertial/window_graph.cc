@@ -26,7 +26,7 @@ constexpr double kOpenDirection = 1e-10;
 constexpr double kDamping = 1e-9;
 
 const double* BlockOf(const WindowFactor::Variable& variable, const WindowValues& values) {
-  if (variable.kind == FactorKind::kGravity) return values.gravity.data();
+  if (variable.kind == FactorKind::kGravityDirection) return values.gravity.data();
   const WindowState& state = values.states[static_cast<std::size_t>(variable.state)];
   switch (variable.kind) {
     case FactorKind::kBody:
@@ -100,7 +100,7 @@ struct LinearFactor {
       J.middleCols<6>(column).noalias() = ambient.lazyProduct(plus);
       return 6;
     }
-    if (kind == FactorKind::kGravity) {
+    if (kind == FactorKind::kGravityDirection) {
       J.middleCols<2>(column).noalias() = ambient.lazyProduct(UnitDirectionManifold::Basis(at));
       return 2;
     }
@@ -260,7 +260,7 @@ std::string WindowGraph::RemoveOldest(WindowNormal* normal) {
   AddPrior(values, layout, normal);
   const auto involves_oldest = [](const WindowFactor& factor) {
     return std::ranges::any_of(factor.variables, [](const WindowFactor::Variable& variable) {
-      return variable.kind != FactorKind::kGravity && variable.state == 0;
+      return variable.kind != FactorKind::kGravityDirection && variable.state == 0;
     });
   };
   for (std::vector<WindowFactor>& of_state : factors) {

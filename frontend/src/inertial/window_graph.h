@@ -14,7 +14,7 @@ namespace highwall {
 
 // A factor on variables of the window, which are given by kind and index of the state.
 struct WindowFactor {
-  enum class Kind { kBody, kMap, kVelocity, kBias, kGravity };
+  enum class Kind { kBody, kMap, kVelocity, kBias, kGravityDirection };
   struct Variable {
     Kind kind;
     int state = 0;
