@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "factor_graph_impl.h"
@@ -197,7 +198,9 @@ double FactorGraph::SquaredError(const FactorId& factor) const {
 
 std::optional<double> FactorGraph::TrySquaredError(const FactorId& factor) const {
   const Impl::FactorSlot& slot = impl_->At(factor);
-  Eigen::VectorXd residuals(slot.factor->num_residuals());
+  // A row that the factor leaves as it is makes it one that cannot be evaluated.
+  Eigen::VectorXd residuals = Eigen::VectorXd::Constant(slot.factor->num_residuals(),
+                                                        std::numeric_limits<double>::quiet_NaN());
   std::vector<const double*> parameters;
   for (const VariableId& id : slot.variables) parameters.push_back(impl_->At(id).block);
   if (!internal::EvaluatesWell(*slot.factor, parameters.data(), residuals.data(), nullptr)) {

@@ -163,6 +163,9 @@ struct FactorGraph::Impl {
   // Splits the graph into its landmarks with their factors, and the other factors, which enter the
   // problem.
   internal::LandmarkProblem Split(std::vector<ceres::ResidualBlockId>* others) {
+    std::erase_if(pending_variables, [&](const VariableId& id) {
+      return !Contains(id) || variables[id.index].in_problem;
+    });
     EnterPending([&](const FactorSlot& slot) {
       return std::ranges::none_of(slot.variables,
                                   [&](const VariableId& id) { return IsEstimatedLandmark(id); });
@@ -249,11 +252,12 @@ struct FactorGraph::Impl {
   // Empty if one of `ids` is a landmark that is estimated.
   std::optional<Eigen::MatrixXd> CovarianceOf(std::span<const VariableId> ids,
                                               const internal::ProjectedProblem& projected,
-                                              const Unknowns& unknowns) const {
+                                              const Unknowns& unknowns) {
     std::vector<const double*> wanted;
     for (const VariableId& id : ids) {
       wanted.push_back(At(id).block);
       if (IsEstimatedLandmark(id)) return std::nullopt;
+      Enter(id);  // a fixed landmark may not be in the problem yet
     }
     return projected.Covariance(unknowns.others, wanted);
   }

@@ -39,7 +39,7 @@ class SlamClock : public ::testing::Test {
                                "slam --dataset dataset --out run " + options, folder_.path());
   }
   json Report(const std::string& options) const {
-    WriteSequence();
+    if (!fs::exists(File("dataset"))) WriteSequence();
     const Outcome outcome = Slam(options + " --json");
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
     return json::parse(outcome.out);
@@ -85,8 +85,10 @@ TEST_F(SlamClock, OnOneThreadItIsThatOfTheCaller) {
   for (const auto& [name, of_thread] : seconds["threads"].items()) names.insert(name);
   EXPECT_EQ(names, (std::set<std::string>{"others", "tracking"}));
   EXPECT_LT(seconds["decoding"], seconds["threads"]["tracking"]);
-  // One thread cannot use more than the time that passes; clocks differ by less than this.
-  EXPECT_LE(seconds["threads"]["tracking"].get<double>(), report["seconds"].get<double>() + 0.01);
+  // One thread cannot use more than the time that passes; the two clocks are read one after the
+  // other, and only that of the time is slewed.
+  EXPECT_LE(seconds["threads"]["tracking"].get<double>(),
+            1.01 * report["seconds"].get<double>() + 0.1);
 }
 
 TEST_F(SlamClock, AFrameIncludesItsKeyframe) {
@@ -117,14 +119,17 @@ std::map<std::string, std::vector<Stage>> ReadTrace(const fs::path& file) {
   for (const json& event : json::parse(ReadText(file))) {
     EXPECT_EQ(event["pid"], 1);
     if (event["ph"] == "M") {
-      if (event["name"] == "thread_name") names[event["tid"]] = event["args"]["name"];
+      if (event["name"] == "thread_name") {
+        names[event["tid"].get<int>()] = event["args"]["name"].get<std::string>();
+      }
       continue;
     }
     EXPECT_EQ(event["ph"], "X");
     const double begin = event["ts"], duration = event["dur"];
     EXPECT_GE(begin, 0.0);
     EXPECT_GE(duration, 0.0);
-    threads[names.at(event["tid"])].push_back({event["name"], begin, begin + duration});
+    threads[names.at(event["tid"].get<int>())].push_back(
+        {event["name"].get<std::string>(), begin, begin + duration});
   }
   constexpr double kRounding = 1e-4;  // [us] of the sum, whose terms have whole nanoseconds
   for (auto& [thread, stages] : threads) {
@@ -158,7 +163,8 @@ TEST_F(SlamClock, TheTraceHoldsTheStagesOfEachThread) {
   Report("--trace traces/of/room.json");  // in a folder that is missing
   auto threads = ReadTrace(File("traces/of/room.json"));
   EXPECT_EQ(Count(threads["tracking"], "frame"), 12);
-  EXPECT_EQ(Count(threads["decoding"], "decoding"), 13);  // the last one finds the end
+  EXPECT_GE(Count(threads["decoding"], "decoding"), 12);
+  EXPECT_LE(Count(threads["decoding"], "decoding"), 13);  // one more may find the end
   const std::set<std::string> caller = NamesOf(threads["tracking"]);
   for (const char* stage : {"next image", "features", "tracking", "prediction", "pose", "local map",
                             "timing", "keyframe insertion", "loop search", "refined frames"}) {
@@ -194,13 +200,13 @@ TEST_F(SlamClock, ATraceThatCannotBeWrittenIsNamed) {
   fs::create_directories(File("folder"));
   testing::ExpectRefused(Slam("--trace folder"), 2, {"folder: is not a file"});
   std::ofstream(File("file")) << "precious";
-  testing::ExpectRefused(Slam("--trace file/trace.json"), 2, {"cannot be made"});
+  testing::ExpectRefused(Slam("--trace file/trace.json"), 2, {"is a file"});
   EXPECT_EQ(Slam("--trace ''").exit_code, 1);
   WriteSequence();
   std::ofstream(File("trace.json")) << "of before";
   Outcome outcome;
   {
-    const testing::FileSizeLimit limit(20000);  // [byte]
+    const testing::FileSizeLimit limit(4000);  // [byte] a frame has at least 13 events of 60
     outcome = Slam("--no-map --trace trace.json");
   }
   EXPECT_EQ(outcome.exit_code, 3);

@@ -185,6 +185,18 @@ Reduced SchurComplement(ceres::Problem& problem, const Bundle::Parts& split) {
   return reduced;
 }
 
+TEST(VariableProjection, AFixedLandmarkWithoutFactorsIsKnown) {
+  Bundle bundle(4);
+  const Variable<Point> known = bundle.graph.AddLandmark(Point(0.0, 0.0, 2.0));
+  bundle.graph.Fix(known);
+  ASSERT_TRUE(bundle.graph.Solve(Exact(LinearSolver::kVariableProjection)).IsUsable());
+  const std::vector<VariableId> wanted = {known, bundle.poses[0]};
+  const auto covariance = bundle.graph.Covariance(wanted);
+  ASSERT_TRUE(covariance);
+  EXPECT_TRUE(covariance->topRows<3>().isZero(0.0));
+  EXPECT_GT(covariance->bottomRightCorner(6, 6).trace(), 0.0);
+}
+
 // Landmarks and their factors enter the problem of Ceres only when something needs them there.
 TEST(VariableProjection, ItsProblemHoldsTheGraphAtEveryTime) {
   Bundle bundle(3, 0.02);

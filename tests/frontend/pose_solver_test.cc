@@ -3,6 +3,8 @@
 #include <type_traits>
 
 #include <ceres/loss_function.h>
+#include <limits>
+
 #include <gtest/gtest.h>
 
 #include <highwall/core/factor_graph.h>
@@ -236,6 +238,16 @@ TEST_F(PoseSolver, ALandmarkBehindTheCameraIsAnOutlier) {
   EXPECT_FALSE(solution->inliers.lines[0]);
   EXPECT_EQ(solution->num_points, 29);
   EXPECT_EQ(solution->num_lines, 9);
+  EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
+}
+
+TEST_F(PoseSolver, AnObservationThatIsNotANumberIsAnOutlier) {
+  Problem problem = Exact(30, 10);
+  problem.points[3].rows.b[0] = std::numeric_limits<double>::quiet_NaN();
+  const auto solution = Solve(problem);
+  ASSERT_TRUE(solution);
+  EXPECT_FALSE(solution->inliers.points[3]);
+  EXPECT_TRUE(solution->information.allFinite());
   EXPECT_LT(PositionError(solution->T_WC, kTruth), 1e-6);
 }
 

@@ -93,7 +93,6 @@ bool WindowLandmarks::Evaluate(const WindowFrames& frames, const Step* step, Est
   estimates->feedback.resize(places_.back().feedback);
   estimates->costs.resize(places_.size() - 1);
   estimates->cost = 0.0;
-  estimates->open = false;
   worth_ = begins_ ? 0.0
                    : kWorthALandmarkStep * step->from.cost /
                          static_cast<double>(std::max<std::size_t>(places_.size() - 1, 1));
@@ -112,7 +111,6 @@ bool WindowLandmarks::EvaluateAll(std::vector<Landmark>& landmarks, const Step* 
     if (!Fit(landmark, step, value, &normal)) return false;
     estimates->costs[index_] = normal.cost;
     estimates->cost += normal.cost;
-    estimates->open |= normal.open;
     Accumulate(landmark, system);
     Eliminate<Landmark>(normal, &estimates->feedback[place.feedback], system);
     ++index_;

@@ -70,7 +70,6 @@ class WindowLandmarks {
   struct Estimates {
     std::vector<double> values, costs, feedback;
     double cost = 0.0;
-    bool open = false;  // a landmark has an unobservable direction
   };
   // A step of the frames from estimates. retry: an earlier step from them failed.
   struct Step {

@@ -52,6 +52,7 @@ std::string WindowProblem::Begin(WindowGraph* graph, WindowLandmarks* landmarks)
   graph_ = graph;
   landmarks_ = landmarks;
   landmarks_->Begin();
+  unknowns_ = graph->unknowns;
   layout_.OrderForSolver(graph->states(), graph->unknowns);
   const int unknowns = layout_.size - layout_.inner;
   *mutable_parameter_block_sizes() = {unknowns};
@@ -171,6 +172,7 @@ bool WindowProblem::Reduce() const {
   trial_.inner.matrixL().solveInPlace(trial_.B);
   trial_.inner.matrixL().solveInPlace(trial_.l);
   trial_.H.selfadjointView<Eigen::Lower>().rankUpdate(trial_.B.transpose(), -1.0);
+  trial_.eliminated += trial_.B.colwise().squaredNorm().transpose();
   trial_.g.noalias() -= trial_.B.transpose() * trial_.l;
   return true;
 }
@@ -208,7 +210,7 @@ void WindowProblem::WriteRows(double* residuals, double* jacobian) const {
 }
 
 std::optional<Eigen::MatrixXd> WindowProblem::Covariance() const {
-  if (accepted_.landmarks.open || factors_.info() != Eigen::Success) return std::nullopt;
+  if (factors_.info() != Eigen::Success) return std::nullopt;
   const Eigen::VectorXd diagonal = accepted_.H.diagonal();
   const Eigen::VectorXd pivots =
       factors_.matrixLLT().diagonal().cwiseAbs2().cwiseQuotient(diagonal + accepted_.eliminated);
@@ -220,8 +222,8 @@ std::optional<Eigen::MatrixXd> WindowProblem::Covariance() const {
   add(layout_.head.back(), 6);
   add(layout_.tail.back(), WindowState::kTail);
   add(layout_.gravity, WindowLayout::kGravity);
-  if (!graph_->unknowns.time_offset) rows.push_back(-1);
-  add(layout_.cameras, graph_->unknowns.size());
+  if (!unknowns_.time_offset) rows.push_back(-1);
+  add(layout_.cameras, unknowns_.size());
   add(layout_.head.back() + 6, 6);
   Eigen::MatrixXd X =
       Eigen::MatrixXd::Zero(diagonal.size(), static_cast<Eigen::Index>(rows.size()));

@@ -32,7 +32,7 @@ class WindowProblem final : public ceres::CostFunction {
 
   // Returns the covariance of the newest state, [pose, velocity, bias], gravity, the time offset
   // (zero if known), T_BC if it is unknown, and T_VW, as of the last solve; empty if one of their
-  // directions is unobservable.
+  // directions is unobservable. A direction of a landmark may be.
   std::optional<Eigen::MatrixXd> Covariance() const;
   // Makes Covariance() that of the values, without a solve. Returns as Solve().
   std::string Linearize(WindowGraph* graph, WindowLandmarks* landmarks);
@@ -67,6 +67,7 @@ class WindowProblem final : public ceres::CostFunction {
   WindowGraph* graph_ = nullptr;
   WindowLandmarks* landmarks_ = nullptr;
   WindowLayout layout_;
+  WindowUnknowns unknowns_;  // of the last solve, after which the graph may have been moved
   // They change in Evaluate(), which is const to Ceres.
   mutable Point accepted_, trial_;
   mutable int trials_ = 0;  // from the accepted point

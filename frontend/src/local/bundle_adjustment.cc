@@ -29,10 +29,6 @@ constexpr double kGravitySigma = 0.02;
 constexpr double kOfLinesAlone = 1e4;         // the largest trust region for a map without points
 constexpr double kMostForgotten = 1.0 / 3.0;  // of the observations, by one adjustment
 
-// Keyframes up to which the normal equations of the poses are dense, and eliminating the landmarks
-// inside their cost function takes less time than the sparse Schur complement of Ceres.
-constexpr int kMostProjected = 60;
-
 }  // namespace
 
 // Result of an adjustment.
@@ -257,9 +253,6 @@ class BundleAdjuster::Problem {
                                             : options_.trust_region;
     solve.threads = threads_;
     solve.stop = stopped;
-    if (report_.keyframes <= kMostProjected) {
-      solve.linear_solver = LinearSolver::kVariableProjection;
-    }
     const SolveSummary summary = graph_.Solve(solve);
     report_.rejected_steps += summary.rejected_steps;
     // The evaluation at the start is the first iteration.

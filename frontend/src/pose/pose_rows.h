@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <utility>
 
 #include <Eigen/Core>
@@ -96,6 +97,11 @@ class PoseRows {
     const double fx = projection_->fx(), fy = projection_->fy();
     const Eigen::Matrix<double, kRows, 1> b =
         rows.b + rows.A * Eigen::Vector3d(projection_->cx(), projection_->cy(), 0.0);
+    if (!rows.A.allFinite() || !b.allFinite()) {
+      // Never in the domain: lanes are masked by a product, which keeps NaN.
+      given_(lane, first + 2) = std::numeric_limits<double>::quiet_NaN();
+      return;
+    }
     for (int k = 0; k < 3; ++k) given_(lane, first + k) = p_W[k];
     for (int k = 0; k < kRows; ++k) {
       const Eigen::Index row = first + 3 + 4 * k;
