@@ -3,7 +3,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
 
-namespace highwall::internal {
+namespace [[gnu::visibility("default")]] highwall {
+namespace internal {
 
 // For normal equations of unit diagonal: a pivot below this marks a direction of the landmark that
 // is unobservable from its factors. This value is then added to the diagonal, which keeps the
@@ -42,4 +43,5 @@ struct LandmarkNormal {
   bool open = false;  // a direction is unobservable
 };
 
-}  // namespace highwall::internal
+}  // namespace internal
+}  // namespace highwall
