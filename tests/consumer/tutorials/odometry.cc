@@ -4,7 +4,7 @@
 int main() {
   const highwall::RgbdSensor sensor;
   Odometry odometry(sensor);
-  std::vector<Observation> seen;
+  std::vector<TrackedPoint> seen;
   for (int i = 0; i < 20; ++i) {
     highwall::PointFeature feature;
     feature.uv = {60.0 + 25.0 * i, 80.0 + 97.0 * (i % 4)};
