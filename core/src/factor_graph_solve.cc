@@ -152,6 +152,11 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
 
 std::optional<Eigen::MatrixXd> FactorGraph::Covariance(
     std::span<const VariableId> variables) const {
+  // With landmarks eliminated one by one a small dense system is left.
+  const int left = impl_->FindUnknowns().other_dimensions;
+  if (left > 0 && left <= kMaxDenseDimensions) {
+    if (auto reduced = ReducedCovariance(variables)) return reduced;
+  }
   std::vector<double*> wanted;
   for (const VariableId& id : variables) wanted.push_back(impl_->At(id).block);
   impl_->CompleteProblem();

@@ -358,6 +358,7 @@ bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, co
   normal->H.setZero();
   normal->g.setZero();
   normal->cost = 0.0;
+  bool convex = false;
   double* numbers = memory_.numbers.data();
   double* tangent = memory_.of_landmark.data();
   for (std::size_t f = landmark.first_factor; f < landmark.end_factor; ++f) {
@@ -383,6 +384,7 @@ bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, co
     const double weight = std::max(0.0, rho[1]);
     memory_.weights[f - landmark.first_factor] = weight;
     normal->cost += rho[0];
+    convex = convex || rho[2] > 0.0;
     if (!std::isfinite(rho[0] + weight * J.squaredNorm())) return Fail(factor);
     for (int i = 0; i < rows; ++i) {
       const Eigen::Matrix<double, kDim, 1> j = weight * J.row(i).transpose();
@@ -393,6 +395,7 @@ bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, co
     tangent += rows * dim;
   }
   normal->Solve();
+  normal->open = normal->open || convex;
   return true;
 }
 

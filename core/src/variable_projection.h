@@ -38,8 +38,8 @@ class VariableProjection final : public ceres::CostFunction {
   // Adds H at the current values of the blocks to the upper triangle of `sum`, whose first columns
   // are the tangent spaces of the unknowns: the H of the solver if it ended there and damped no
   // landmark. Adds to `eliminated` the part of the diagonal of H that the landmarks removed,
-  // relative to which the rest may be rounding. Returns false if a factor cannot be evaluated, or
-  // if a direction of a landmark is unobservable.
+  // relative to which the rest may be rounding. Returns false if a factor cannot be evaluated, if
+  // a direction of a landmark is unobservable, or if a loss is convex.
   bool AddInformation(Eigen::MatrixXd* sum, Eigen::VectorXd* eliminated) const;
 
   // Writes the landmarks of the last evaluation with Jacobians to their blocks.

@@ -40,7 +40,9 @@ struct LandmarkNormal {
   Eigen::Matrix<double, kDim, kDim> H, inverse;
   Eigen::Matrix<double, kDim, 1> g, u;
   double cost = 0.0;
-  bool open = false;  // a direction is unobservable
+  // A direction is unobservable, or a loss is convex, whose curvature is left out: H is not the
+  // information.
+  bool open = false;
 };
 
 }  // namespace internal
