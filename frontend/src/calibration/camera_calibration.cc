@@ -1,6 +1,7 @@
 #include <highwall/frontend/calibration/camera_calibration.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <iterator>
@@ -25,6 +26,9 @@ namespace {
 // [rad] Minimum angle between the first view of a point without depth and another: with a pixel of
 // noise the relative sigma of its distance is then a tenth.
 constexpr double kLeastParallax = 0.02;
+
+// Keyframes up to which the unknowns that remain without the points are solved for densely.
+constexpr std::size_t kMostProjected = 60;
 
 using PatternMatrix = Eigen::Matrix<double, DepthPattern::kNodes, DepthPattern::kNodes>;
 
@@ -131,8 +135,14 @@ class CameraGraph {
     };
     if (poses_.size() < 3) return fail("less than three keyframes");
     if (points_ == 0) return fail("no point that two keyframes see");
-    const SolveSummary summary = graph_.Solve({.max_iterations = options.max_iterations});
+    const std::array<VariableId, 3> shared = {intrinsics_, inverse_depth_, pattern_};
+    const SolveSummary summary = graph_.Solve(
+        {.max_iterations = options.max_iterations,
+         .linear_solver = poses_.size() <= kMostProjected ? LinearSolver::kVariableProjection
+                                                          : LinearSolver::kAuto});
     if (!summary.IsUsable()) return fail("calibration failed: " + summary.message);
+    const auto covariance = graph_.Covariance(shared);
+    if (!covariance) return fail("calibration failed: " + graph_.Undetermined());
     CameraCalibration result;
     result.keyframes = static_cast<int>(poses_.size());
     result.points = points_;
@@ -141,24 +151,16 @@ class CameraGraph {
                          (pattern_of_ ? DepthPattern::kNodes - 1 : 0);
     result.error = 2.0 * summary.final_cost / std::max(1, rows_ - unknowns);
     const double growth = std::sqrt(std::max(1.0, result.error));
+    const Eigen::VectorXd sigmas = growth * covariance->diagonal().cwiseSqrt();
     result.intrinsics = graph_.Value(intrinsics_);
-    result.sigma.setZero();
-    if (options.intrinsics) {
-      const auto covariance = graph_.Covariance(intrinsics_);
-      if (!covariance) return fail("calibration failed: " + graph_.Undetermined());
-      result.sigma = growth * covariance->diagonal().cwiseSqrt();
-    }
+    result.sigma = sigmas.head<4>();
     result.inverse_depth_offset = graph_.Value(inverse_depth_);
-    const auto depth_covariance = graph_.Covariance(inverse_depth_);
-    if (!depth_covariance) return fail("calibration failed: " + graph_.Undetermined());
-    result.inverse_depth_sigma = growth * std::sqrt(depth_covariance->value());
+    result.inverse_depth_sigma = sigmas[4];
     const double depth = MedianDepth();
     result.inverse_depth_seen = result.inverse_depth_sigma * depth <= options.good_depth;
     if (!pattern_of_) return result;
     result.depth_pattern.nodes = graph_.Value(pattern_);
-    const auto pattern_covariance = graph_.Covariance(pattern_);
-    if (!pattern_covariance) return fail("calibration failed: " + graph_.Undetermined());
-    result.depth_pattern_sigma.nodes = growth * pattern_covariance->diagonal().cwiseSqrt();
+    result.depth_pattern_sigma.nodes = sigmas.tail<DepthPattern::kNodes>();
     result.depth_pattern_seen = result.depth_pattern_sigma.Rms() * depth <= options.good_depth;
     return result;
   }
