@@ -89,7 +89,8 @@ class FrameRefiner::Job {
     for (int round = 0; round < rounds_; ++round) {
       for (std::size_t i = 0; i < items_.size() && !stop.stop_requested(); ++i) {
         if (!items_[i].refine || (round > 0 && !MoveRows(i))) continue;
-        if (FindPose(&items_[i].frame, &around)) is_found[i] = true;
+        // A frame that is found keeps its matches: they hardly depend on the motion of the rows.
+        if (FindPose(&items_[i].frame, is_found[i] ? nullptr : &around)) is_found[i] = true;
       }
     }
     for (std::size_t i = 0; i < items_.size(); ++i) {
@@ -126,13 +127,17 @@ class FrameRefiner::Job {
     return Twist::Between(before.frame.T_WC.Inverse() * after.frame.T_WC, dt);
   }
 
-  // Estimates the pose from the landmarks that it was tracked by, then from all around. Returns
-  // false and leaves the frame unchanged if the support falls below kEnough.
+  // Estimates the pose from the landmarks that the frame is matched to, then from all around, if
+  // these are not null. Returns false and leaves the frame unchanged if the support falls below
+  // kEnough.
   bool FindPose(TrackedFrame* frame, LandmarksAround* around) const {
     TrackedFrame again = *frame;
     if (!Solve(&again)) return false;
-    MatchAround(matcher_, map_, tracker_.local_keyframes, &again, around);
-    if (!Solve(&again) || !again.open.empty()) return false;
+    if (around != nullptr) {
+      MatchAround(matcher_, map_, tracker_.local_keyframes, &again, around);
+      if (!Solve(&again)) return false;
+    }
+    if (!again.open.empty()) return false;
     if (SupportOf(again) < kEnough * SupportOf(*frame)) return false;
     again.reference = map_.Observers(again).front().first;
     *frame = std::move(again);
