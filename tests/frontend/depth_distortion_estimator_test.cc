@@ -193,7 +193,7 @@ TEST(DepthDistortionEstimator, APatternIsNotReplacedByOneThatIsKnownLessWell) {
   ASSERT_TRUE(finder.Finish(&first.map));
   const DepthPattern known = finder.pattern();
 
-  Walk sparse(Tilted(), 44);  // two fifths more keyframes, a fifth of the depth
+  Walk sparse(Tilted(), 60);  // twice as many keyframes, a fifth of the depth
   for (const KeyFrameId id : sparse.map.keyframe_ids()) {
     auto features = std::make_shared<FrameFeatures>(*sparse.map.keyframe(id)->frame.features);
     for (std::size_t i = 0; i < features->points.size(); ++i) {
