@@ -215,6 +215,7 @@ std::vector<FeatureMatch> RejectByMad(const std::vector<FeatureMatch>& matches,
   options.Validate();
   if (matches.size() < 3) return matches;
   std::vector<double> phi;
+  phi.reserve(matches.size());
   for (const FeatureMatch& match : matches) {
     const LineSegment& a = query.at(static_cast<std::size_t>(match.query));
     const LineSegment& b = train.at(static_cast<std::size_t>(match.train));

@@ -201,6 +201,7 @@ bool Differ(const RowMotion& a, const RowMotion& b, const PinholeCamera& camera,
 
 double MedianDepth(const FrameFeatures& features) {
   std::vector<double> depths;
+  depths.reserve(features.points.size());
   for (const PointFeature& point : features.points) {
     if (point.depth > 0.0) depths.push_back(point.depth);
   }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 
 #include <highwall/frontend/features/line_matcher.h>
 
@@ -102,6 +104,8 @@ LandmarkMatches<MapLine> MapMatcher::Match(const FrameFeatures& features, const 
   const Pose T_CW = T_WC.Inverse();
   LineFeatures predicted, observed;
   std::vector<LineId> predicted_ids;
+  predicted.segments.reserve(lines.size());
+  predicted_ids.reserve(lines.size());
   for (const LineId id : lines) {
     const MapLine* line = map.Find(id);
     if (line == nullptr) continue;
@@ -112,6 +116,8 @@ LandmarkMatches<MapLine> MapMatcher::Match(const FrameFeatures& features, const 
     if (visible != nullptr) visible->push_back(id);
   }
   std::vector<int> observed_features;
+  observed.segments.reserve(features.lines.size());
+  observed_features.reserve(features.lines.size());
   for (std::size_t i = 0; i < features.lines.size(); ++i) {
     if (taken[i]) continue;
     observed.segments.push_back(features.lines[i].segment);
@@ -119,12 +125,18 @@ LandmarkMatches<MapLine> MapMatcher::Match(const FrameFeatures& features, const 
   }
   if (predicted.segments.empty() || observed.segments.empty()) return {};
   if (!features.line_descriptors.empty()) {
-    for (const LineId id : predicted_ids) {
-      const BinaryDescriptor256& d = map.Find(id)->descriptor;
-      predicted.descriptors.push_back(cv::Mat(1, 32, CV_8U, const_cast<std::uint8_t*>(d.data())));
+    const cv::Mat& all = features.line_descriptors;
+    predicted.descriptors.create(static_cast<int>(predicted_ids.size()), 32, CV_8U);
+    for (int i = 0; i < predicted.descriptors.rows; ++i) {
+      const BinaryDescriptor256& d =
+          map.Find(predicted_ids[static_cast<std::size_t>(i)])->descriptor;
+      std::ranges::copy(d, predicted.descriptors.ptr(i));
     }
-    for (const int i : observed_features) {
-      observed.descriptors.push_back(features.line_descriptors.row(i));
+    observed.descriptors.create(static_cast<int>(observed_features.size()), all.cols, all.type());
+    for (int i = 0; i < observed.descriptors.rows; ++i) {
+      const std::uint8_t* const row = all.ptr(observed_features[static_cast<std::size_t>(i)]);
+      std::copy_n(row, static_cast<std::size_t>(all.cols) * all.elemSize(),
+                  observed.descriptors.ptr(i));
     }
   }
   LandmarkMatches<MapLine> matches;

@@ -1,7 +1,7 @@
 #include <highwall/frontend/tracking/standard_keyframe_policy.h>
 
 #include <algorithm>
-#include <unordered_map>
+#include <cstddef>
 #include <utility>
 #include <vector>
 
@@ -19,16 +19,20 @@ constexpr double kBlind = 0.48;
 bool Stands(const KeyFrameCandidate& candidate, const KeyFrame& reference) {
   constexpr double kNoise = 2.0;  // [px]
   constexpr std::size_t kEnough = 20;
-  std::unordered_map<PointId, Eigen::Vector2d> seen;
+  std::vector<std::pair<PointId, std::size_t>> seen;
+  seen.reserve(reference.points.size());
   for (std::size_t i = 0; i < reference.points.size(); ++i) {
-    if (reference.points[i] == kNoId) continue;
-    seen.emplace(reference.points[i], reference.frame.features->points[i].uv);
+    if (reference.points[i] != kNoId) seen.emplace_back(reference.points[i], i);
   }
+  std::ranges::sort(seen);
   std::vector<double> shifts;
+  shifts.reserve(seen.size());
   for (std::size_t i = 0; i < candidate.points.size(); ++i) {
-    const auto before = seen.find(candidate.points[i]);
-    if (before == seen.end()) continue;
-    shifts.push_back((candidate.frame.features->points[i].uv - before->second).norm());
+    const auto before =
+        std::ranges::lower_bound(seen, std::pair(candidate.points[i], std::size_t{0}));
+    if (before == seen.end() || before->first != candidate.points[i]) continue;
+    const Eigen::Vector2d& uv = reference.frame.features->points[before->second].uv;
+    shifts.push_back((candidate.frame.features->points[i].uv - uv).norm());
   }
   return shifts.size() >= kEnough && UpperMedian(std::move(shifts)) < kNoise;
 }
