@@ -1,6 +1,7 @@
 #include <highwall/core/factor_graph.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
@@ -198,15 +199,24 @@ double FactorGraph::SquaredError(const FactorId& factor) const {
 
 std::optional<double> FactorGraph::TrySquaredError(const FactorId& factor) const {
   const Impl::FactorSlot& slot = impl_->At(factor);
+  // Of almost all factors; no memory is allocated for these.
+  constexpr std::size_t kFewRows = 16, kFewVariables = 8;
+  const auto rows = static_cast<std::size_t>(slot.factor->num_residuals());
+  const std::size_t variables = slot.variables.size();
+  alignas(EIGEN_DEFAULT_ALIGN_BYTES) std::array<double, kFewRows> few_rows;
+  std::array<const double*, kFewVariables> few_variables;
+  Eigen::VectorXd many_rows(rows > kFewRows ? static_cast<Eigen::Index>(rows) : 0);
+  std::vector<const double*> many_variables(variables > kFewVariables ? variables : 0);
+  double* const residuals = rows > kFewRows ? many_rows.data() : few_rows.data();
+  const double** const parameters =
+      variables > kFewVariables ? many_variables.data() : few_variables.data();
   // A row that the factor leaves as it is makes it one that cannot be evaluated.
-  Eigen::VectorXd residuals = Eigen::VectorXd::Constant(slot.factor->num_residuals(),
-                                                        std::numeric_limits<double>::quiet_NaN());
-  std::vector<const double*> parameters;
-  for (const VariableId& id : slot.variables) parameters.push_back(impl_->At(id).block);
-  if (!internal::EvaluatesWell(*slot.factor, parameters.data(), residuals.data(), nullptr)) {
-    return std::nullopt;
-  }
-  return residuals.squaredNorm();
+  std::fill_n(residuals, rows, std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < variables; ++i) parameters[i] = impl_->At(slot.variables[i]).block;
+  if (!internal::EvaluatesWell(*slot.factor, parameters, residuals, nullptr)) return std::nullopt;
+  return Eigen::Map<const Eigen::VectorXd, Eigen::AlignedMax>(residuals,
+                                                              static_cast<Eigen::Index>(rows))
+      .squaredNorm();
 }
 
 double FactorGraph::Cost() const {

@@ -21,6 +21,7 @@ BinaryDescriptor256 MostCentral(const std::vector<BinaryDescriptor256>& descript
   std::size_t best = 0;
   int best_median = std::numeric_limits<int>::max();
   std::vector<int> distances;
+  distances.reserve(descriptors.size());
   for (std::size_t i = 0; i < descriptors.size(); ++i) {
     distances.clear();
     for (const auto& other : descriptors) distances.push_back(Hamming(descriptors[i], other));
@@ -184,6 +185,7 @@ void Map::RefreshPoint(PointId id, const PyramidOptions& pyramid) {
   MapPoint* p = Find(id);
   if (p == nullptr || p->observations.empty()) return;
   std::vector<BinaryDescriptor256> descriptors;
+  descriptors.reserve(p->observations.size());
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   for (const Observation& o : p->observations) {
     const KeyFrame& kf = *keyframe(o.keyframe);
