@@ -1,7 +1,10 @@
 #include <highwall/frontend/features/orb_matcher.h>
 
 #include <bit>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
+#include <span>
 
 #include <highwall/core/error.h>
 #include <highwall/internal/target_clones.h>
@@ -40,17 +43,31 @@ struct Best {
   int index = -1;
   int distance = kDescriptorBits + 1;
   int second_distance = kDescriptorBits + 1;
+};
 
-  void Offer(int candidate, int d) {
-    if (d < distance) {
-      second_distance = distance;
-      distance = d;
-      index = candidate;
-    } else if (d < second_distance) {
-      second_distance = d;
+Best BestOf(std::span<const int> distances) {
+  Best best;
+  for (std::size_t j = 0; j < distances.size(); ++j) {
+    if (distances[j] >= best.second_distance) continue;  // almost all
+    if (distances[j] < best.distance) {
+      best = {static_cast<int>(j), distances[j], best.distance};
+    } else {
+      best.second_distance = distances[j];
     }
   }
-};
+  return best;
+}
+
+// Offers a query to all descriptors of the other image: the first of the nearest is kept.
+HIGHWALL_TARGET_CLONES("avx2", "default")
+void OfferToAll(int query, const int* __restrict distances, std::size_t count,
+                int* __restrict nearest, int* __restrict queries) {
+  for (std::size_t j = 0; j < count; ++j) {
+    const bool is_nearer = distances[j] < nearest[j];
+    nearest[j] = is_nearer ? distances[j] : nearest[j];
+    queries[j] = is_nearer ? query : queries[j];
+  }
+}
 
 }  // namespace
 
@@ -71,15 +88,16 @@ std::vector<FeatureMatch> MatchDescriptors(const cv::Mat& query, const cv::Mat& 
   RequireDescriptors(query);
   RequireDescriptors(train);
   std::vector<Best> best_of_query(static_cast<std::size_t>(query.rows));
-  std::vector<Best> best_of_train(static_cast<std::size_t>(train.rows));
-  std::vector<int> distances(best_of_train.size());
+  // Of each descriptor of train: the distance to the nearest of query, and which it is.
+  std::vector<int> nearest(static_cast<std::size_t>(train.rows), kDescriptorBits + 1);
+  std::vector<int> queries(nearest.size(), -1);
+  std::vector<int> distances(nearest.size());
   for (int i = 0; i < query.rows && train.rows > 0; ++i) {
     DistancesToAll(query.ptr<std::uint8_t>(i), train.ptr<std::uint8_t>(), train.step[0], train.rows,
                    distances.data());
-    for (int j = 0; j < train.rows; ++j) {
-      const int distance = distances[static_cast<std::size_t>(j)];
-      best_of_query[static_cast<std::size_t>(i)].Offer(j, distance);
-      best_of_train[static_cast<std::size_t>(j)].Offer(i, distance);
+    best_of_query[static_cast<std::size_t>(i)] = BestOf(distances);
+    if (options.mutual) {
+      OfferToAll(i, distances.data(), distances.size(), nearest.data(), queries.data());
     }
   }
   std::vector<FeatureMatch> matches;
@@ -87,7 +105,7 @@ std::vector<FeatureMatch> MatchDescriptors(const cv::Mat& query, const cv::Mat& 
     const Best& best = best_of_query[static_cast<std::size_t>(i)];
     if (best.index < 0 || best.distance > options.max_distance) continue;
     if (options.ratio < 1.0 && best.distance >= options.ratio * best.second_distance) continue;
-    if (options.mutual && best_of_train[static_cast<std::size_t>(best.index)].index != i) continue;
+    if (options.mutual && queries[static_cast<std::size_t>(best.index)] != i) continue;
     matches.push_back({i, best.index, best.distance});
   }
   return matches;
