@@ -6,6 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <numeric>
+#include <vector>
+
+#include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
 
@@ -113,14 +116,25 @@ cv::Mat DepthGrid::ToImage(const cv::Mat& cells) const {
   HIGHWALL_REQUIRE(
       cells.type() == CV_8UC1 && cells.cols == camera_.width && cells.rows == camera_.height,
       "DepthGrid::ToImage: the mask must be CV_8UC1, a cell a pixel");
-  const bool distorted = image_camera_.HasDistortion();
-  cv::Mat image(image_camera_.height, image_camera_.width, CV_8UC1);
-  for (int v = 0; v < image.rows; ++v) {
-    for (int u = 0; u < image.cols; ++u) {
-      const Eigen::Vector2d uv(u, v);
-      image.at<std::uint8_t>(v, u) =
-          cells.at<std::uint8_t>(CellOf(distorted ? image_camera_.UndistortPixel(uv) : uv));
+  cv::Mat image = cv::Mat::zeros(image_camera_.height, image_camera_.width, CV_8UC1);
+  if (cv::countNonZero(cells) == 0) return image;
+  if (image_camera_.HasDistortion()) {
+    for (int v = 0; v < image.rows; ++v) {
+      for (int u = 0; u < image.cols; ++u) {
+        image.at<std::uint8_t>(v, u) =
+            cells.at<std::uint8_t>(CellOf(image_camera_.UndistortPixel(Eigen::Vector2d(u, v))));
+      }
     }
+    return image;
+  }
+  // Cells are in the same column for all pixels of a column.
+  std::vector<int> columns;
+  columns.reserve(static_cast<std::size_t>(image.cols));
+  for (int u = 0; u < image.cols; ++u) columns.push_back(CellOf(Eigen::Vector2d(u, 0)).x);
+  for (int v = 0; v < image.rows; ++v) {
+    const auto* const row = cells.ptr<std::uint8_t>(CellOf(Eigen::Vector2d(0, v)).y);
+    auto* const pixels = image.ptr<std::uint8_t>(v);
+    for (int u = 0; u < image.cols; ++u) pixels[u] = row[columns[static_cast<std::size_t>(u)]];
   }
   return image;
 }
