@@ -34,6 +34,7 @@ void BindSolver(py::module_& module) {
       .value("SPARSE_CHOLESKY", LinearSolver::kSparseCholesky)
       .value("DENSE_SCHUR", LinearSolver::kDenseSchur)
       .value("SPARSE_SCHUR", LinearSolver::kSparseSchur)
+      .value("COMPACT_SCHUR", LinearSolver::kCompactSchur)
       .value("VARIABLE_PROJECTION", LinearSolver::kVariableProjection);
   py::enum_<SolveStatus>(module, "SolveStatus")
       .value("CONVERGED", SolveStatus::kConverged)
@@ -42,7 +43,7 @@ void BindSolver(py::module_& module) {
       .value("FAILED", SolveStatus::kFailed);
   py::class_<SolveOptions> options(module, "SolveOptions",
                                    "Levenberg-Marquardt; the stopping rules are those of Ceres, "
-                                   "and one of VARIABLE_PROJECTION.");
+                                   "and one of COMPACT_SCHUR and VARIABLE_PROJECTION.");
   KeywordConstructor<SolveOptions>(options);
   options.def_readwrite("max_iterations", &SolveOptions::max_iterations)
       .def_readwrite("threads", &SolveOptions::threads)

@@ -27,6 +27,7 @@ ceres::LinearSolverType ToCeres(LinearSolver solver, bool has_landmarks, int oth
       return ceres::DENSE_SCHUR;
     case LinearSolver::kSparseSchur:
       return ceres::SPARSE_SCHUR;
+    case LinearSolver::kCompactSchur:        // without landmarks, or with many other variables
     case LinearSolver::kVariableProjection:  // without landmarks
     case LinearSolver::kAuto:
       break;
@@ -34,6 +35,18 @@ ceres::LinearSolverType ToCeres(LinearSolver solver, bool has_landmarks, int oth
   const bool dense = other_dimensions <= kMaxDenseDimensions;
   if (has_landmarks) return dense ? ceres::DENSE_SCHUR : ceres::SPARSE_SCHUR;
   return dense ? ceres::DENSE_NORMAL_CHOLESKY : ceres::SPARSE_NORMAL_CHOLESKY;
+}
+
+// Returns whether the landmarks are eliminated by a cost function, not by Ceres.
+bool EliminatesByItself(LinearSolver solver, int other_dimensions) {
+  if (other_dimensions == 0) return false;
+  return solver == LinearSolver::kVariableProjection ||
+         (solver == LinearSolver::kCompactSchur && other_dimensions <= kMaxDenseDimensions);
+}
+
+double DampingOfLandmarks(const SolveOptions& options) {
+  const bool damps = options.linear_solver == LinearSolver::kCompactSchur;
+  return damps ? 1.0 / options.initial_trust_region_radius : 0.0;
 }
 
 ceres::Solver::Options ToCeres(const SolveOptions& options) {
@@ -95,10 +108,9 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
   options.Validate();
   covariance->reset();
   const Impl::Unknowns unknowns = impl_->FindUnknowns();
-  const bool has_landmarks = unknowns.HasLandmarks();
   const int dimensions = unknowns.other_dimensions;
-  const bool project =
-      options.linear_solver == LinearSolver::kVariableProjection && has_landmarks && dimensions > 0;
+  const bool has_landmarks = unknowns.HasLandmarks();
+  const bool project = has_landmarks && EliminatesByItself(options.linear_solver, dimensions);
   ceres::Solver::Options solver = ToCeres(options);
   solver.linear_solver_type = ToCeres(options.linear_solver, has_landmarks && !project, dimensions);
   // The choice of eliminated blocks is left to Ceres, which finds the landmarks by itself: it would
@@ -112,6 +124,7 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
 
   internal::SolveCallback callback(options, impl_->faults, project);
   solver.callbacks.push_back(&callback);
+  const double damping = DampingOfLandmarks(options);
   std::optional<internal::ProjectedProblem> projected;
   if (project) {
     std::vector<ceres::ResidualBlockId> others;
@@ -120,12 +133,12 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
     if (landmarks.unknowns.empty()) {
       solver.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
     } else {
-      projected.emplace(impl_->problem, std::move(landmarks), std::move(others), &impl_->faults,
-                        &impl_->projection_memory);
+      projected.emplace(impl_->problem, std::move(landmarks), std::move(others), damping,
+                        &impl_->faults, &impl_->projection_memory);
     }
   }
-  if (!projected) impl_->CompleteProblem();
   ceres::Solver::Summary ceres_summary;
+  if (!projected) impl_->CompleteProblem();
   impl_->faults.last = nullptr;
   impl_->faults.must_stop = false;
   impl_->faults.solving = true;
@@ -142,10 +155,11 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
   SolveSummary summary = impl_->Summarize(ceres_summary);
   if (callback.converged() && summary.IsUsable()) {
     summary.status = SolveStatus::kConverged;
-    summary.message = "the last step was foretold to gain less than function_tolerance";
+    summary.message = "the last step is predicted to gain less than function_tolerance";
   }
   if (projected && !variables.empty() && summary.IsUsable()) {
-    *covariance = impl_->CovarianceOf(variables, *projected, unknowns);
+    *covariance = damping > 0.0 ? ReducedCovariance(variables)
+                                : impl_->CovarianceOf(variables, *projected, unknowns);
   }
   return summary;
 }
@@ -175,7 +189,7 @@ std::optional<Eigen::MatrixXd> FactorGraph::ReducedCovariance(
   std::vector<ceres::ResidualBlockId> others;
   internal::LandmarkProblem landmarks = impl_->Split(&others);
   const internal::ProjectedProblem projected(impl_->problem, std::move(landmarks),
-                                             std::move(others), &impl_->faults,
+                                             std::move(others), 0.0, &impl_->faults,
                                              &impl_->projection_memory);
   return impl_->CovarianceOf(variables, projected, unknowns);
 }

@@ -83,11 +83,11 @@ ceres::Problem::Options SharedProblemOptions() {
 }
 
 ProjectedProblem::ProjectedProblem(ceres::Problem& problem, LandmarkProblem landmarks,
-                                   std::vector<ceres::ResidualBlockId> others, FactorFaults* faults,
-                                   VariableProjection::Memory* memory)
+                                   std::vector<ceres::ResidualBlockId> others, double damping,
+                                   FactorFaults* faults, VariableProjection::Memory* memory)
     : problem_(problem),
       others_(std::move(others)),
-      projection_(std::move(landmarks), faults, memory) {}
+      projection_(std::move(landmarks), damping, faults, memory) {}
 
 void ProjectedProblem::Solve(const ceres::Solver::Options& options,
                              ceres::Solver::Summary* summary) {

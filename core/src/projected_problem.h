@@ -15,14 +15,14 @@ namespace highwall::internal {
 // Options of a problem that owns none of its objects.
 ceres::Problem::Options SharedProblemOptions();
 
-// A problem with variable projection of its landmarks (variable_projection.h). Its factors and the
-// set of constant blocks must outlive it and stay unchanged.
+// A problem whose landmarks are eliminated by one cost function (variable_projection.h). Its
+// factors and the set of constant blocks must outlive it and stay unchanged.
 class ProjectedProblem {
  public:
   // landmarks: with an unknown at least. others: the other residuals, which are in `problem` with
-  // all unknowns. memory: for one at a time.
+  // all unknowns. damping: of the landmarks, see VariableProjection. memory: for one at a time.
   ProjectedProblem(ceres::Problem& problem, LandmarkProblem landmarks,
-                   std::vector<ceres::ResidualBlockId> others, FactorFaults* faults,
+                   std::vector<ceres::ResidualBlockId> others, double damping, FactorFaults* faults,
                    VariableProjection::Memory* memory);
 
   // Ceres solves for the other variables, with the landmark factors as one function of them.
@@ -31,7 +31,8 @@ class ProjectedProblem {
   // Returns the joint tangent-space covariance of `wanted` if the landmarks and the blocks
   // `unknown` are estimated, the landmarks eliminated as in the solver: from the equations of
   // Solve() if there are any. The reduced system is dense. Blocks of `wanted` that are not among
-  // `unknown` get zeros. Empty if a direction is unobservable or a factor cannot be evaluated.
+  // `unknown` get zeros. Empty if a direction is unobservable or a factor cannot be evaluated. For
+  // a problem without damping.
   std::optional<Eigen::MatrixXd> Covariance(const std::vector<double*>& unknown,
                                             const std::vector<const double*>& wanted) const;
 

@@ -72,9 +72,9 @@ void AddProduct(double weight, const Left& A, const Right& B, int row, int colum
 
 }  // namespace
 
-VariableProjection::VariableProjection(LandmarkProblem problem, FactorFaults* faults,
-                                       Memory* memory)
-    : problem_(std::move(problem)), faults_(faults), memory_(*memory) {
+VariableProjection::VariableProjection(LandmarkProblem problem, double damping,
+                                       FactorFaults* faults, Memory* memory)
+    : problem_(std::move(problem)), damping_(damping), faults_(faults), memory_(*memory) {
   int columns = 0;
   std::size_t size = 0;
   memory_.column.clear(), memory_.place.clear(), memory_.plus.clear();
@@ -220,11 +220,7 @@ bool VariableProjection::MoveTo(double const* const* parameters) const {
   ++memory_.trials;
   if (!PrepareUnknowns()) return false;
   Memory::State& trial = memory_.trial;
-  trial.H.setZero();
-  trial.g.setZero();
-  trial.eliminated.setZero();
-  trial.cost = 0.0;
-  trial.open = false;
+  trial.Clear();
   for (std::size_t i = 0; i < memory_.layouts.size(); ++i) {
     const int dim = problem_.landmarks[i].block.tangent_size;
     const bool done = dim == 3   ? SolveLandmark<3>(i)
@@ -250,8 +246,8 @@ bool VariableProjection::PrepareUnknowns() const {
       return false;
     }
     double* const step = memory_.step.data() + memory_.column[i];
-    if (memory_.accepted.valid && !Minus(block, x, &memory_.accepted.x[memory_.place[i]], step))
-      return false;
+    const double* const from = &memory_.accepted.x[memory_.place[i]];
+    if (memory_.accepted.valid && !Minus(block, x, from, step)) return false;
   }
   return true;
 }
@@ -259,8 +255,8 @@ bool VariableProjection::PrepareUnknowns() const {
 template <int kDim>
 bool VariableProjection::SolveLandmark(std::size_t index) const {
   LandmarkNormal<kDim> normal(problem_.landmarks[index].block.tangent_size);
-  if (!FitLandmark<kDim>(index, &memory_.trial.landmarks[memory_.layouts[index].value], &normal))
-    return false;
+  double* const value = &memory_.trial.landmarks[memory_.layouts[index].value];
+  if (!FitLandmark<kDim>(index, value, &normal)) return false;
   memory_.trial.costs[index] = normal.cost;
   memory_.trial.open |= normal.open;
   Accumulate<kDim>(index);
@@ -268,8 +264,8 @@ bool VariableProjection::SolveLandmark(std::size_t index) const {
   return true;
 }
 
-// Predicts the landmark from the step of the unknowns and refines it by steps of its own. Leaves
-// its factors in the scratch memory, evaluated at the final value.
+// Predicts the landmark from the step of the unknowns and refines it by steps of its own, with
+// damping only where it cannot be predicted. Leaves its factors evaluated in the scratch memory.
 template <int kDim>
 bool VariableProjection::FitLandmark(std::size_t index, double* value,
                                      LandmarkNormal<kDim>* normal) const {
@@ -299,6 +295,7 @@ bool VariableProjection::FitLandmark(std::size_t index, double* value,
       return false;
     }
   }
+  if (damping_ > 0.0 && followed) return true;
   return Descend<kDim>(landmark, value, normal);
 }
 
@@ -394,7 +391,7 @@ bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, co
     numbers += NumbersOf(*factor.cost);
     tangent += rows * dim;
   }
-  normal->Solve();
+  normal->Solve(damping_);
   normal->open = normal->open || convex;
   return true;
 }

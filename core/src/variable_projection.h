@@ -21,6 +21,9 @@ namespace highwall::internal {
 // so that a solver without the landmarks takes the same steps as one with them. The last residual
 // is the part that no step of the unknowns can change; its Jacobian is zero.
 //
+// With damping each landmark instead takes one step per x, that of the joint linear system, with
+// its diagonal increased by this fraction: then H is the Schur complement of the damped landmarks.
+//
 // Landmarks start from their values at the x of the last evaluation with Jacobians, so the result
 // of Evaluate() depends on earlier calls: for one solver, on one thread. Losses must be concave
 // (rho'' <= 0).
@@ -29,17 +32,18 @@ class VariableProjection final : public ceres::CostFunction {
   struct Memory;
 
   // The objects referred to by the problem, faults and memory must outlive it. Memory: reused from
-  // one solve to the next, by one object at a time.
-  VariableProjection(LandmarkProblem problem, FactorFaults* faults, Memory* memory);
+  // one solve to the next, by one object at a time. damping: >= 0; 0: variable projection.
+  VariableProjection(LandmarkProblem problem, double damping, FactorFaults* faults, Memory* memory);
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
   // Adds H at the current values of the blocks to the upper triangle of `sum`, whose first columns
   // are the tangent spaces of the unknowns: the H of the solver if it ended there and damped no
-  // landmark. Adds to `eliminated` the part of the diagonal of H that the landmarks removed,
-  // relative to which the rest may be rounding. Returns false if a factor cannot be evaluated, if
-  // a direction of a landmark is unobservable, or if a loss is convex.
+  // landmark. For a projection without damping. Adds to `eliminated` the part of the diagonal of H
+  // that the landmarks removed, relative to which the rest may be rounding. Returns false if a
+  // factor cannot be evaluated, if a direction of a landmark is unobservable, or if a loss is
+  // convex.
   bool AddInformation(Eigen::MatrixXd* sum, Eigen::VectorXd* eliminated) const;
 
   // Writes the landmarks of the last evaluation with Jacobians to their blocks.
@@ -93,6 +97,7 @@ class VariableProjection final : public ceres::CostFunction {
   void WriteRows(double* residuals, double** jacobians) const;
 
   LandmarkProblem problem_;
+  const double damping_;
   FactorFaults* const faults_;
   Memory& memory_;  // changes in Evaluate(), which is const to Ceres
 };
@@ -122,6 +127,13 @@ struct VariableProjection::Memory {
     Eigen::VectorXd g;
     Eigen::VectorXd eliminated;  // part that the landmarks removed from the diagonal of H
     double cost = 0.0;           // sum of rho
+
+    // Begins the sums over the landmarks.
+    void Clear() {
+      H.setZero(), g.setZero(), eliminated.setZero();
+      cost = 0.0;
+      open = false;
+    }
   };
 
   std::vector<Layout> layouts;  // of the landmarks

@@ -106,7 +106,8 @@ TEST(FactorGraph, EveryLinearSolverFindsTheSameBundle) {
   for (int i = 0; i < 12; ++i) points.push_back(random.Vector(4.0));
   for (const LinearSolver solver :
        {LinearSolver::kAuto, LinearSolver::kDenseCholesky, LinearSolver::kSparseCholesky,
-        LinearSolver::kDenseSchur, LinearSolver::kSparseSchur, LinearSolver::kVariableProjection}) {
+        LinearSolver::kDenseSchur, LinearSolver::kSparseSchur, LinearSolver::kCompactSchur,
+        LinearSolver::kVariableProjection}) {
     RandomStates noise(3);
     FactorGraph graph;
     std::vector<Variable<Pose>> pose_ids;
@@ -160,7 +161,8 @@ TEST(FactorGraph, AFactorBetweenTwoLandmarksFailsWithAMessage) {
   graph.AddFactor(std::make_unique<PosePrior>(Pose(), Matrix6::Identity()), pose);
   graph.AddFactor(std::make_unique<RelativePose>(Pose(), Matrix6::Identity()), pose, a);
   graph.AddFactor(std::make_unique<RelativePose>(Pose(), Matrix6::Identity()), a, b);
-  for (const LinearSolver solver : {LinearSolver::kAuto, LinearSolver::kVariableProjection}) {
+  for (const LinearSolver solver :
+       {LinearSolver::kAuto, LinearSolver::kCompactSchur, LinearSolver::kVariableProjection}) {
     const SolveSummary summary = graph.Solve({.linear_solver = solver});
     EXPECT_EQ(summary.status, SolveStatus::kFailed);
     EXPECT_FALSE(summary.IsUsable());
@@ -434,7 +436,8 @@ TEST(FactorGraph, AStepBeyondWhatAFactorAllowsPrintsNothingAndThrowsNothing) {
 TEST(FactorGraph, ASystemThatIsSingularPrintsNothing) {
   for (const LinearSolver solver :
        {LinearSolver::kDenseCholesky, LinearSolver::kSparseCholesky, LinearSolver::kDenseSchur,
-        LinearSolver::kSparseSchur, LinearSolver::kVariableProjection}) {
+        LinearSolver::kSparseSchur, LinearSolver::kCompactSchur,
+        LinearSolver::kVariableProjection}) {
     FactorGraph graph;
     const auto a = graph.AddVariable(Pose()), b = graph.AddVariable(Pose());
     const auto point = graph.AddLandmark(Point(0, 0, 0));

@@ -59,7 +59,8 @@ SlidingWindowOptions Projected() {
 }
 
 TEST(SlidingWindowCovariance, AnUpdateReturnsTheCovarianceOfALaterQuery) {
-  for (const LinearSolver solver : {LinearSolver::kVariableProjection, LinearSolver::kAuto}) {
+  for (const LinearSolver solver :
+       {LinearSolver::kVariableProjection, LinearSolver::kCompactSchur, LinearSolver::kAuto}) {
     SlidingWindowOptions options = Projected();
     options.solve.linear_solver = solver;
     SlidingWindowSmoother smoother(options);

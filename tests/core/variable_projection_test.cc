@@ -5,6 +5,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <ceres/autodiff_cost_function.h>
@@ -150,12 +151,13 @@ class OnlyBelowTwo final : public ceres::SizedCostFunction<1, 1, 7> {
 };
 
 // Computes H and g of the factors on landmarks with the landmarks minimized out, by dense algebra.
+// damping: of the landmarks, a fraction of their diagonal.
 struct Reduced {
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
   double cost = 0.0;
 };
-Reduced SchurComplement(ceres::Problem& problem, const Bundle::Parts& split) {
+Reduced SchurComplement(ceres::Problem& problem, const Bundle::Parts& split, double damping) {
   ceres::Problem::EvaluateOptions options;
   int unknowns = 0;
   for (const auto& block : split.landmarks.unknowns) {
@@ -179,7 +181,9 @@ Reduced SchurComplement(ceres::Problem& problem, const Bundle::Parts& split) {
   }
   const Eigen::Map<const Eigen::VectorXd> r(residuals.data(), sparse.num_rows);
   const Eigen::MatrixXd X = J.leftCols(unknowns), L = J.rightCols(J.cols() - unknowns);
-  const Eigen::MatrixXd gain = X.transpose() * L * (L.transpose() * L).inverse();
+  Eigen::MatrixXd of_landmarks = L.transpose() * L;
+  of_landmarks.diagonal() *= 1.0 + damping;
+  const Eigen::MatrixXd gain = X.transpose() * L * of_landmarks.inverse();
   reduced.H = X.transpose() * X - gain * L.transpose() * X;
   reduced.g = X.transpose() * r - gain * L.transpose() * r;
   return reduced;
@@ -239,18 +243,19 @@ TEST(VariableProjection, ItsProblemHoldsTheGraphAtEveryTime) {
 }
 
 TEST(VariableProjection, HasTheCostTheGradientAndTheSchurComplementOfItsFactors) {
-  for (const bool stretched : {false, true}) {
+  for (const auto& [stretched, damping] :
+       {std::pair(false, 0.0), {true, 0.0}, {false, 0.3}, {true, 1e-4}}) {
     Bundle bundle(1, 0.02, stretched);
     bundle.graph.Fix(bundle.poses[1]);
     ceres::Problem& problem = bundle.graph.problem();
     const Bundle::Parts split = bundle.Split();
-    const Reduced expected = SchurComplement(problem, split);
+    const Reduced expected = SchurComplement(problem, split, damping);
     ASSERT_EQ(split.landmarks.landmarks.size(), 12u);
     ASSERT_EQ(split.others.size(), stretched ? 2u : 1u);  // priors
 
     internal::FactorFaults faults;
     internal::VariableProjection::Memory memory;
-    const internal::VariableProjection projection(split.landmarks, &faults, &memory);
+    const internal::VariableProjection projection(split.landmarks, damping, &faults, &memory);
     std::vector<double*> blocks;
     for (const auto& block : projection.unknowns()) blocks.push_back(block.values);
     std::vector<double> residuals(static_cast<std::size_t>(projection.num_residuals()));
@@ -281,10 +286,55 @@ TEST(VariableProjection, HasTheCostTheGradientAndTheSchurComplementOfItsFactors)
     }
     ASSERT_EQ(column, n);
     EXPECT_NEAR(0.5 * r.squaredNorm(), expected.cost, 1e-12 * expected.cost);
-    // Landmarks are damped by 1e-8.
+    // An open landmark is damped by 1e-8.
     EXPECT_TRUE((J.transpose() * J).isApprox(expected.H, 1e-7));
     EXPECT_TRUE((J.transpose() * r).isApprox(expected.g, 1e-7));
     EXPECT_TRUE(J.row(n).isZero(0.0));
+  }
+}
+
+// With the landmarks' damping alone: that of Ceres is 1e-12 of the reduced diagonal here.
+TEST(VariableProjection, CompactSchurTakesTheStepsOfDenseSchur) {
+  Bundle expected(7, 0.05, true), bundle(7, 0.05, true);
+  SolveOptions options{.max_iterations = 3,
+                       .function_tolerance = 0.0,
+                       .initial_trust_region_radius = 1e12,
+                       .linear_solver = LinearSolver::kDenseSchur};
+  ASSERT_TRUE(expected.graph.Solve(options).IsUsable());
+  options.linear_solver = LinearSolver::kCompactSchur;
+  ASSERT_TRUE(bundle.graph.Solve(options).IsUsable());
+  // Rounding of a system with condition numbers of about 1e6.
+  for (std::size_t j = 0; j < bundle.points.size(); ++j) {
+    const Point x = expected.graph.Value(expected.points[j]);
+    EXPECT_LT((bundle.graph.Value(bundle.points[j]) - x).norm(), 1e-9);
+  }
+  for (std::size_t i = 0; i < bundle.poses.size(); ++i) {
+    const Pose T = expected.graph.Value(expected.poses[i]);
+    const Pose apart = T.Inverse() * bundle.graph.Value(bundle.poses[i]);
+    EXPECT_LT(apart.p().norm() + apart.Angle(), 1e-9);
+  }
+}
+
+TEST(VariableProjection, CompactSchurDampsTheLandmarksOfTheFirstStep) {
+  // A pose that a prior holds, and a landmark 1 m from where it is observed: the step of the
+  // landmark is that of a Cholesky solver with the same damping of all variables.
+  const auto move = [](LinearSolver solver, double radius) {
+    FactorGraph graph;
+    const auto pose = graph.AddVariable(Pose());
+    graph.AddFactor(std::make_unique<PosePrior>(Pose(), 1e6 * Matrix6::Identity()), pose);
+    const auto point = graph.AddLandmark(Point(0, 0, 2));
+    graph.AddFactor(MakeObservation({1, 0, 2}), pose, point);
+    EXPECT_TRUE(graph
+                    .Solve({.max_iterations = 1,
+                            .initial_trust_region_radius = radius,
+                            .linear_solver = solver})
+                    .IsUsable());
+    return graph.Value(point).x();
+  };
+  for (const double radius : {2.0, 10.0, 1e4}) {
+    const double x = move(LinearSolver::kCompactSchur, radius);
+    EXPECT_NEAR(x, 1.0 / (1.0 + 1.0 / radius), 1e-6);  // the pose yields by 1e-12
+    EXPECT_NEAR(x, move(LinearSolver::kDenseCholesky, radius), 1e-6);
   }
 }
 

@@ -58,7 +58,7 @@ TEST_P(SilentDomain, AStepThatLeadsBehindTheCameraIsNotTaken) {
 INSTANTIATE_TEST_SUITE_P(Solvers, SilentDomain,
                          ::testing::Values(LinearSolver::kAuto, LinearSolver::kDenseCholesky,
                                            LinearSolver::kSparseCholesky, LinearSolver::kDenseSchur,
-                                           LinearSolver::kSparseSchur,
+                                           LinearSolver::kSparseSchur, LinearSolver::kCompactSchur,
                                            LinearSolver::kVariableProjection));
 
 TEST(SilentDomain, AFactorThatWrapsOneIsHeldInItsDomain) {

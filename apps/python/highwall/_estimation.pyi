@@ -60,6 +60,7 @@ class LeavingPolicy:
 class LinearSolver:
     __members__: ClassVar[Dict[str, LinearSolver]]
     AUTO: ClassVar[LinearSolver]
+    COMPACT_SCHUR: ClassVar[LinearSolver]
     DENSE_CHOLESKY: ClassVar[LinearSolver]
     DENSE_SCHUR: ClassVar[LinearSolver]
     SPARSE_CHOLESKY: ClassVar[LinearSolver]

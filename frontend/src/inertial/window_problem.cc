@@ -19,7 +19,7 @@ constexpr double kFunctionTolerance = 1e-3;
 // direction is unobservable.
 constexpr double kMinPivot = 1e-13;
 
-// Stops the solver on request, or where the last step was foretold to gain little: the actual
+// Stops the solver on request, or where the last step is predicted to gain little: the actual
 // decrease also contains the steps of landmarks alone, mostly new ones.
 class WindowCallback final : public ceres::IterationCallback {
  public:

@@ -252,6 +252,11 @@ class BundleAdjuster::Problem {
                                             ? std::min(options_.trust_region, kOfLinesAlone)
                                             : options_.trust_region;
     solve.threads = threads_;
+    // With the paper's weights many steps fail, and landmarks that are damped less than by Ceres
+    // follow their errors (docs/local_mapping.md).
+    if (model_.options().weighting != Weighting::kPaper) {
+      solve.linear_solver = LinearSolver::kCompactSchur;
+    }
     solve.stop = stopped;
     const SolveSummary summary = graph_.Solve(solve);
     report_.rejected_steps += summary.rejected_steps;

@@ -13,6 +13,11 @@ enum class LinearSolver {
   kSparseCholesky,
   kDenseSchur,  // landmarks first, dense reduced system: up to about 100 poses
   kSparseSchur,
+  // As kDenseSchur, with the landmarks eliminated one by one in blocks of fixed size, without any
+  // object of Ceres for a landmark: less overhead, for up to about 60 poses. The landmarks keep the
+  // damping of the first step. Otherwise as kVariableProjection; same as kAuto beyond 400 tangent
+  // dimensions without landmarks.
+  kCompactSchur,
   // Variable projection: at each step the landmarks are re-estimated after the other variables and
   // eliminated one by one in blocks of fixed size: least overhead in windows of about 20 poses.
   // Also terminates when the predicted decrease of a step is below the tolerance. One thread;
@@ -21,7 +26,7 @@ enum class LinearSolver {
 };
 
 // Options of the Levenberg-Marquardt solver; the stopping rules are those of Ceres plus one of
-// kVariableProjection.
+// kCompactSchur and kVariableProjection.
 struct SolveOptions {
   int max_iterations = 50;                   // >= 0
   int threads = 1;                           // >= 1; 1 gives bit-equal results on every run

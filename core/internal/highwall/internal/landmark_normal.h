@@ -16,13 +16,14 @@ template <int kDim>
 struct LandmarkNormal {
   explicit LandmarkNormal(int dim) : H(dim, dim), inverse(dim, dim), g(dim), u(dim) {}
 
-  // u = H^-1 g. H is damped only if a direction is unobservable: the contributions of landmarks to
-  // the Schur complement must cancel to the last digit in directions in which all variables move
-  // jointly.
-  void Solve() {
+  // u = H^-1 g, with H damped by this fraction of its diagonal. Without damping H is changed only
+  // if a direction is unobservable: the contributions of landmarks to the Schur complement must
+  // cancel to the last digit in directions in which all variables move jointly.
+  void Solve(double damping = 0.0) {
     const Eigen::Matrix<double, kDim, 1> scale =
         (H.diagonal().array() + 1e-300).sqrt().inverse().matrix();
     inverse = scale.asDiagonal() * H * scale.asDiagonal();
+    inverse.diagonal().array() += damping;
     Eigen::LLT<Eigen::Matrix<double, kDim, kDim>> factors(inverse);
     open = factors.info() != Eigen::Success ||
            !(factors.matrixLLT().diagonal().cwiseAbs2().minCoeff() >= kOpenPivot);
