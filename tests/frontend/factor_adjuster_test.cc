@@ -227,6 +227,17 @@ TEST_F(FactorAdjusterTest, BeginsWhenEnoughFactorsAreNew) {
   EXPECT_FALSE(adjuster.Finish(&map));
 }
 
+TEST_F(FactorAdjusterTest, NewFactorsAreNewWhereOthersHaveLeft) {
+  FactorAdjuster adjuster(defaults, {}, 0);
+  Measure(0.1);
+  ASSERT_TRUE(adjuster.BeginLast(map, kFirstSubmap, {}));
+  ASSERT_TRUE(adjuster.Finish(&map)->accepted);
+  for (int i = 0; i < 5; ++i) map.factors().Remove(KeyFrameId(4 * i));
+  EXPECT_FALSE(adjuster.BeginLast(map, kFirstSubmap, {}));
+  Measure(0.1, 4, 8);  // three of five that have left
+  EXPECT_TRUE(adjuster.BeginLast(map, kFirstSubmap, {}));
+}
+
 TEST_F(FactorAdjusterTest, RepeatsACancelledAdjustment) {
   Measure(0.1);
   FactorAdjuster adjuster(defaults, {});

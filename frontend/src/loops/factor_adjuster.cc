@@ -27,13 +27,21 @@
 namespace highwall {
 namespace {
 
-// Returns the number of factors in the world of a submap.
-std::size_t CountIn(const Map& map, SubmapId submap) {
-  const SubmapId root = map.Root(submap);
-  return static_cast<std::size_t>(std::ranges::count_if(
-      map.factors().all(),
-      [&](const MapFactor& factor) { return map.RootOf(factor.poses.front().keyframe) == root; }));
-}
+// Counts the factors in the world of a submap.
+struct FactorsOfWorld {
+  // adjusted: MapFactor::number of the newest factor that has been adjusted.
+  FactorsOfWorld(const Map& map, SubmapId submap, std::int64_t adjusted) {
+    const SubmapId root = map.Root(submap);
+    for (const MapFactor& factor : map.factors().all()) {
+      if (map.RootOf(factor.poses.front().keyframe) != root) continue;
+      ++(factor.number > adjusted ? fresh : old);
+      newest = std::max(newest, factor.number);
+    }
+  }
+
+  std::size_t old = 0, fresh = 0;
+  std::int64_t newest = 0;  // number
+};
 
 // Gives keyframes without a move that of the newest one before them in their submap, whose moved
 // pose they were tracked from.
@@ -136,7 +144,7 @@ class FactorAdjuster::Job {
       RunProfile* profile)
       : map_(std::move(map)),
         submap_(submap),
-        all_(CountIn(map_, submap)),
+        newest_(FactorsOfWorld(map_, submap, 0).newest),
         loops_(loops.begin(), loops.end()),
         moves_(std::move(moves)),
         options_(options),
@@ -151,7 +159,7 @@ class FactorAdjuster::Job {
   bool IsDone() const { return task_.IsDone(); }
   SubmapId submap() const { return submap_; }
   // Number of factors in that world.
-  std::size_t all() const { return all_; }
+  std::int64_t newest() const { return newest_; }
 
   // Rethrows the exception that ended the work. moves: of the keyframes, so far.
   FactorAdjustmentReport Write(Map* map, KeyFrameMoves* moves) {
@@ -252,7 +260,7 @@ class FactorAdjuster::Job {
 
   Map map_;
   const SubmapId submap_;
-  const std::size_t all_;
+  const std::int64_t newest_;
   const std::vector<LoopEdge> loops_;
   KeyFrameMoves moves_;
   const UserFactorOptions options_;
@@ -274,27 +282,26 @@ FactorAdjuster::FactorAdjuster(const UserFactorOptions& options, const KeyFrameG
 FactorAdjuster::~FactorAdjuster() = default;
 
 void FactorAdjuster::Adopt(const Map& map) {
-  for (const SubmapId root : map.roots()) adjusted_[root] = CountIn(map, root);
+  for (const SubmapId root : map.roots()) {
+    adjusted_[root] = FactorsOfWorld(map, root, 0).newest;
+  }
 }
 
 bool FactorAdjuster::Begin(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
   if (!job_.HasRoom()) return false;
-  const double share = options_.share * static_cast<double>(adjusted_[map.Root(submap)]);
-  return Start(map, submap, loops,
-               static_cast<std::size_t>(std::max<double>(options_.every, std::ceil(share))));
+  const FactorsOfWorld factors(map, submap, adjusted_[map.Root(submap)]);
+  const double share = std::ceil(options_.share * static_cast<double>(factors.old));
+  if (static_cast<double>(factors.fresh) < std::max<double>(options_.every, share)) return false;
+  return Start(map, submap, loops);
 }
 
 bool FactorAdjuster::BeginLast(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
-  return Start(map, submap, loops, 1);
+  const FactorsOfWorld factors(map, submap, adjusted_[map.Root(submap)]);
+  return factors.fresh > 0 && Start(map, submap, loops);
 }
 
-bool FactorAdjuster::Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops,
-                           std::size_t enough) {
+bool FactorAdjuster::Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
   if (!job_.IsEmpty()) return false;
-  const std::size_t factors = CountIn(map, submap);
-  std::size_t& adjusted = adjusted_[map.Root(submap)];
-  adjusted = std::min(adjusted, factors);  // some may have been removed
-  if (factors < adjusted + enough) return false;
   Inherit(map, &moves_);
   job_.Put(std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_, threads_,
                                  profile_));
@@ -308,7 +315,7 @@ bool FactorAdjuster::HasResult() const {
 std::optional<FactorAdjustmentReport> FactorAdjuster::Finish(Map* map) {
   const std::unique_ptr<Job> job = job_.Take();
   if (!job) return std::nullopt;
-  adjusted_[map->Root(job->submap())] = job->all();
+  adjusted_[map->Root(job->submap())] = job->newest();
   return job->Write(map, &moves_);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <span>
@@ -54,14 +54,14 @@ class FactorAdjuster final : public MapStage {
 
  private:
   class Job;
-  bool Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops, std::size_t enough);
+  bool Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops);
 
   const UserFactorOptions options_;
   const KeyFrameGraphOptions graph_;
   const int threads_;
   RunProfile* const profile_;
-  // Number of factors in the last adjustment, by the root of their world.
-  std::map<SubmapId, std::size_t> adjusted_;
+  // MapFactor::number of the newest factor in the last adjustment, by the root of their world.
+  std::map<SubmapId, std::int64_t> adjusted_;
   // T_WC = T_V B: pose T_V of the keyframe by images alone, and its move B.
   KeyFrameMoves moves_;
   JobSlot<Job> job_;

@@ -44,6 +44,7 @@ void UserFactors::Add(MapFactor factor) {
   if (IsMotionWithinOneKeyFrame(factor)) {
     ++dropped_[factor.source];
   } else {
+    factor.number = ++added_;
     factors_.push_back(std::move(factor));
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -56,6 +57,7 @@ struct MapFactor {
   std::shared_ptr<ceres::CostFunction> cost;
   std::shared_ptr<ceres::LossFunction> loss;
   std::string source{};
+  std::int64_t number = 0;  // ascending in the order of UserFactors::Add(), which assigns it
 };
 
 // The user factors of a map, and their reference frames.
@@ -98,6 +100,7 @@ class UserFactors {
   const Frame& At(ReferenceFrameId id) const;
 
   std::vector<MapFactor> factors_;
+  std::int64_t added_ = 0;  // factors so far
   std::vector<Frame> frames_;  // by id
   std::map<std::string, std::size_t> dropped_;
 };
