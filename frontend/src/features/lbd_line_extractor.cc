@@ -75,6 +75,7 @@ struct LbdLineExtractor::Impl {
   LineExtractorOptions options;
   // Kept between images, since each detector leaks a little memory when destroyed (OpenCV 4.6).
   cv::Ptr<cv::ximgproc::EdgeDrawing> edge_drawing = cv::ximgproc::createEdgeDrawing();
+  internal::ImageGradient gradient;  // its memory is used again for the next image
 
   std::vector<cv::Vec4f> Detect(const cv::Mat& gray, float min_length) const {
     return options.detector == LineDetector::kLsd
@@ -103,7 +104,8 @@ LineFeatures LbdLineExtractor::Extract(const cv::Mat& gray) {
   if (std::min(gray.cols, gray.rows) < kMinImageSide) return features;
 
   const LineExtractorOptions& options = impl_->options;
-  const internal::ImageGradient gradient(gray);
+  internal::ImageGradient& gradient = impl_->gradient;
+  gradient.Compute(gray);
   const double side = std::max(gray.cols, gray.rows);
   const float min_length = static_cast<float>(options.min_length * side);
   std::vector<LineSegment>& segments = features.segments;

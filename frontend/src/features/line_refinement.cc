@@ -112,7 +112,7 @@ class Directions {
 std::optional<float> GradientPeak(const ImageGradient& gradient, const Eigen::Vector2f& p,
                                   const Eigen::Vector2f& n) {
   constexpr int kReach = 2;
-  constexpr float kMinGradient = 16.0F;  // two grey levels per pixel
+  constexpr float kMinGradient = 2.0F * ImageGradient::kUnit;  // two grey levels per pixel
   std::array<float, 2 * kReach + 3> profile;
   for (int i = 0; i < static_cast<int>(profile.size()); ++i) {
     const Eigen::Vector2f q = p + static_cast<float>(i - kReach - 1) * n;
