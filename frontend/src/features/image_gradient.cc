@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -82,25 +81,6 @@ void ImageGradient::Compute(const cv::Mat& gray) {
     };
     Differentiate(row(v - 1), row(v), row(v + 1), width, gradient_.ptr<std::int16_t>(v));
   }
-}
-
-Eigen::Vector2f ImageGradient::At(const Eigen::Vector2f& p) const {
-  if (IsInside(p)) {  // needs neither floor() nor clamping
-    const int x = static_cast<int>(p.x()), y = static_cast<int>(p.y());
-    const float ax = p.x() - static_cast<float>(x), ay = p.y() - static_cast<float>(y);
-    const std::int16_t *g = Row(y) + 2 * x, *h = Row(y + 1) + 2 * x;
-    const auto blended = [&](int k) {
-      return (1.0F - ay) *
-                 ((1.0F - ax) * static_cast<float>(g[k]) + ax * static_cast<float>(g[k + 2])) +
-             ay * ((1.0F - ax) * static_cast<float>(h[k]) + ax * static_cast<float>(h[k + 2]));
-    };
-    return {blended(0), blended(1)};
-  }
-  const float fx = std::floor(p.x()), fy = std::floor(p.y());
-  const int x = static_cast<int>(fx), y = static_cast<int>(fy);
-  const float ax = p.x() - fx, ay = p.y() - fy;
-  return (1.0F - ay) * ((1.0F - ax) * At(x, y) + ax * At(x + 1, y)) +
-         ay * ((1.0F - ax) * At(x, y + 1) + ax * At(x + 1, y + 1));
 }
 
 }  // namespace highwall::internal

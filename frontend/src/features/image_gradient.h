@@ -35,8 +35,6 @@ class ImageGradient {
            p.y() <= static_cast<float>(gradient_.rows - 2);
   }
 
-  // Returns the bilinearly interpolated gradient.
-  Eigen::Vector2f At(const Eigen::Vector2f& p) const;
   // Returns the gradient of a pixel.
   Eigen::Vector2f At(int x, int y) const {
     const std::int16_t* g = gradient_.ptr<std::int16_t>(std::clamp(y, 0, gradient_.rows - 1)) +

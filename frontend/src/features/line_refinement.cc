@@ -108,22 +108,30 @@ class Directions {
   std::array<std::vector<std::size_t>, kSectors> sectors_;  // each in ascending order
 };
 
-// Offset [px] along n of the peak of the gradient component along n, within two pixels of p.
-std::optional<float> GradientPeak(const ImageGradient& gradient, const Eigen::Vector2f& p,
-                                  const Eigen::Vector2f& n) {
-  constexpr int kReach = 2;
+// Gradient across an edge at pixels -3 to 3.
+constexpr int kProfileReach = 3;
+using Profile = std::array<float, 2 * kProfileReach + 1>;
+
+// Returns the position of the peak of a profile by the parabola through it and its neighbours;
+// empty if it is weak or at an end.
+std::optional<float> Peak(const Profile& profile) {
   constexpr float kMinGradient = 2.0F * ImageGradient::kUnit;  // two grey levels per pixel
-  std::array<float, 2 * kReach + 3> profile;
-  for (int i = 0; i < static_cast<int>(profile.size()); ++i) {
-    const Eigen::Vector2f q = p + static_cast<float>(i - kReach - 1) * n;
-    profile[static_cast<std::size_t>(i)] = n.dot(gradient.At(q));
-  }
   const auto peak = std::max_element(profile.begin() + 1, profile.end() - 1);
   if (*peak < kMinGradient || *peak < peak[-1] || *peak < peak[1]) return std::nullopt;
   const float curvature = peak[-1] - 2.0F * peak[0] + peak[1];
   const float fraction = curvature < 0.0F ? 0.5F * (peak[-1] - peak[1]) / curvature : 0.0F;
-  return static_cast<float>(peak - profile.begin() - kReach - 1) + fraction;
+  return static_cast<float>(peak - profile.begin() - kProfileReach) + fraction;
 }
+
+constexpr int kMinPeaks = 8;
+constexpr int kMaxProfiles = 64;
+
+// Offsets from a segment at positions along it, from -1/2 to 1/2.
+struct Offsets {
+  using Column = Eigen::Array<float, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxProfiles + 1, 1>;
+  Column position = Column(kMaxProfiles + 1), offset = Column(kMaxProfiles + 1);  // [], [px]
+  int count = 0;
+};
 
 // Line offset = a + b t by iteratively reweighted least squares (Cauchy weights of 0.5 px).
 struct OffsetLine {
@@ -132,20 +140,20 @@ struct OffsetLine {
   float At(float t) const { return a + b * t; }
 };
 
-OffsetLine FitOffsets(const std::vector<Eigen::Vector2f>& samples) {
+OffsetLine FitOffsets(const Offsets& offsets) {
   constexpr int kIterations = 4;
   constexpr float kScale = 0.5F;
+  const auto t = offsets.position.head(offsets.count), offset = offsets.offset.head(offsets.count);
   OffsetLine line;
   for (int i = 0; i < kIterations; ++i) {
-    Eigen::Matrix2f A = Eigen::Matrix2f::Zero();
-    Eigen::Vector2f y = Eigen::Vector2f::Zero();
-    for (const Eigen::Vector2f& sample : samples) {
-      const float residual = (sample.y() - line.At(sample.x())) / kScale;
-      const float weight = 1.0F / (1.0F + residual * residual);
-      const Eigen::Vector2f row(1.0F, sample.x());
-      A += weight * row * row.transpose();
-      y += weight * sample.y() * row;
-    }
+    const Offsets::Column residual = (offset - line.a - line.b * t) / kScale;
+    const Offsets::Column weight = (1.0F + residual.square()).inverse();
+    const Offsets::Column along = weight * t;
+    Eigen::Matrix2f A;
+    A(0, 0) = weight.sum();
+    A(0, 1) = A(1, 0) = along.sum();
+    A(1, 1) = (along * t).sum();
+    const Eigen::Vector2f y((weight * offset).sum(), (along * offset).sum());
     const Eigen::Vector2f solution = A.inverse() * y;
     line = {solution.x(), solution.y()};
   }
@@ -195,18 +203,40 @@ std::vector<LineSegment> MergeCollinear(std::vector<LineSegment> segments, float
 }
 
 LineSegment RefineSegment(const ImageGradient& gradient, const LineSegment& segment) {
-  constexpr int kMinPeaks = 8;
-  const int count = std::clamp(static_cast<int>(segment.Length() / 2.0F), kMinPeaks, 64);
-  const Eigen::Vector2f n = BrightNormal(segment);
-  std::vector<Eigen::Vector2f> samples;  // (t in -1/2 .. 1/2, offset)
-  samples.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) {
-    const float share = (static_cast<float>(i) + 0.5F) / static_cast<float>(count);
-    const auto offset = GradientPeak(gradient, PointAt(segment, share), n);
-    if (offset) samples.emplace_back(share - 0.5F, *offset);
+  const Eigen::Vector2f n = BrightNormal(segment), d = segment.e - segment.s;
+  // Profiles are parts of rows across a steep segment, and of columns across another, so that no
+  // interpolation between pixels is needed.
+  const int along = std::abs(d.y()) > std::abs(d.x()) ? 1 : 0, across = 1 - along;
+  const float low = std::min(segment.s[along], segment.e[along]);
+  const float high = std::max(segment.s[along], segment.e[along]);
+  const int side = along == 0 ? gradient.width() : gradient.height();
+  const int first = std::max(static_cast<int>(std::ceil(low)), 0);
+  const int last = std::min(static_cast<int>(high), side - 1);
+  const int step =
+      last - first < kMaxProfiles / 2 ? 1 : std::max((last - first) / kMaxProfiles + 1, 2);
+  const float slope = d[across] / d[along], square = d.squaredNorm();
+  Offsets offsets;
+  int profiles = 0;
+  for (int i = first; i <= last; i += step, ++profiles) {
+    const float centre = segment.s[across] + slope * (static_cast<float>(i) - segment.s[along]);
+    const int middle = static_cast<int>(centre + 0.5F);
+    Profile profile;
+    for (int k = 0; k < static_cast<int>(profile.size()); ++k) {
+      const int j = middle + k - kProfileReach;
+      profile[static_cast<std::size_t>(k)] =
+          n.dot(along == 0 ? gradient.At(i, j) : gradient.At(j, i));
+    }
+    const auto peak = Peak(profile);
+    if (!peak) continue;
+    // The peak is off the segment by its distance from the line.
+    Eigen::Vector2f p;
+    p[along] = static_cast<float>(i);
+    p[across] = static_cast<float>(middle) + *peak;
+    offsets.position[offsets.count] = d.dot(p - segment.s) / square - 0.5F;
+    offsets.offset[offsets.count++] = n[across] * (p[across] - centre);
   }
-  if (static_cast<int>(samples.size()) < std::max(kMinPeaks, count / 2)) return segment;
-  const OffsetLine line = FitOffsets(samples);
+  if (offsets.count < std::max(kMinPeaks, profiles / 2)) return segment;
+  const OffsetLine line = FitOffsets(offsets);
   constexpr float kMaxShift = 2.0F;  // [px] beyond it the fit has left the edge
   const float at_s = line.At(-0.5F), at_e = line.At(0.5F);
   if (!(std::max(std::abs(at_s), std::abs(at_e)) < kMaxShift)) return segment;

@@ -16,8 +16,8 @@ LineSegment OrientByGradient(const ImageGradient& gradient, const LineSegment& s
 std::vector<LineSegment> MergeCollinear(std::vector<LineSegment> segments, float max_gap);
 
 // Returns the oriented segment shifted and rotated to the sub-pixel peaks of the gradient across it
-// (robust line fit to one peak every two pixels); unchanged if there are too few peaks. Its ends
-// move only across the segment.
+// (robust line fit to the peaks in at most 64 of the rows, or columns, that it crosses); unchanged
+// if there are too few peaks. Its ends move only across the segment.
 LineSegment RefineSegment(const ImageGradient& gradient, const LineSegment& segment);
 
 }  // namespace highwall::internal
