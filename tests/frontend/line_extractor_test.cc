@@ -238,7 +238,7 @@ TEST_P(LineExtractorTest, SurvivesNoiseOfAnySize) {
   }
 }
 
-// One edge winds through the whole image and is longer than the buffers of OpenCV's EDLines.
+// One edge winds through the whole image.
 TEST_P(LineExtractorTest, SurvivesAnEndlessEdge) {
   cv::Mat image(240, 320, CV_8U, cv::Scalar(40));
   bool to_the_right = true;
@@ -340,9 +340,3 @@ TEST_P(LineExtractorTest, DoesNotDependOnEarlierImages) {
 
 }  // namespace
 }  // namespace highwall::line_extractor_test
-
-// LeakSanitizer: OpenCV 4.6's EdgeDrawing leaks some 90 bytes when it is destroyed.
-extern "C" const char* __lsan_default_suppressions();
-extern "C" const char* __lsan_default_suppressions() {
-  return "leak:libopencv_ximgproc";
-}

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include <opencv2/imgproc.hpp>
-#include <opencv2/ximgproc/edge_drawing.hpp>
 
 #include <highwall/core/error.h>
 
+#include "features/edge_lines.h"
 #include "features/image_gradient.h"
 #include "features/line_band_descriptor.h"
 #include "features/line_refinement.h"
@@ -24,45 +24,19 @@ constexpr int kMinImageSide = 16;  // [px] smallest image that is searched
 constexpr double kMergeGap = 0.015625;
 constexpr double kEnds = 10.0;  // [px] that two fragments lose at their ends at any resolution
 
-std::vector<cv::Vec4f> DetectLsd(const cv::Mat& gray) {
+// Returns oriented segments of at least min_length, clipped to the image.
+std::vector<LineSegment> DetectLsd(const cv::Mat& gray, const internal::ImageGradient& gradient,
+                                   float min_length) {
   std::vector<cv::Vec4f> lines;
   cv::createLineSegmentDetector(cv::LSD_REFINE_STD)->detect(gray, lines);
   // OpenCV's LSD works at 0.8 of the size and scales back without regard to pixel centres.
   constexpr float kShift = 0.5F / 0.8F - 0.5F;
-  for (cv::Vec4f& line : lines) line += cv::Vec4f::all(kShift);
-  return lines;
-}
-
-std::vector<cv::Vec4f> DetectEdLines(const cv::Mat& gray, int min_length,
-                                     cv::ximgproc::EdgeDrawing* detector) {
-  cv::ximgproc::EdgeDrawing::Params params;
-  params.GradientThresholdValue = 20;
-  params.AnchorThresholdValue = 4;
-  params.ScanInterval = 2;
-  params.MinPathLength = min_length;
-  params.MinLineLength = min_length;
-  detector->setParams(params);
-  detector->detectEdges(gray);
-  // detectLines() writes beyond its buffers for an edge chain that is longer than this (OpenCV
-  // contrib, pull request 4205), as in a maze or a spiral, but in no photograph.
-  const auto limit = static_cast<std::size_t>(8 * (gray.cols + gray.rows));
-  for (const std::vector<cv::Point>& chain : detector->getSegments()) {
-    if (chain.size() >= limit) return DetectLsd(gray);
-  }
-  std::vector<cv::Vec4f> lines;
-  detector->detectLines(lines);
-  return lines;
-}
-
-// Returns oriented segments of at least min_length, clipped to the image.
-std::vector<LineSegment> Orient(const std::vector<cv::Vec4f>& lines, const cv::Mat& gray,
-                                const internal::ImageGradient& gradient, float min_length) {
   const Eigen::Array2f limit(static_cast<float>(gray.cols - 1), static_cast<float>(gray.rows - 1));
   std::vector<LineSegment> segments;
   for (const cv::Vec4f& line : lines) {
     LineSegment segment;
-    segment.s = Eigen::Array2f(line[0], line[1]).max(0.0F).min(limit);
-    segment.e = Eigen::Array2f(line[2], line[3]).max(0.0F).min(limit);
+    segment.s = (Eigen::Array2f(line[0], line[1]) + kShift).max(0.0F).min(limit);
+    segment.e = (Eigen::Array2f(line[2], line[3]) + kShift).max(0.0F).min(limit);
     if (!(segment.Length() >= min_length)) continue;
     segments.push_back(internal::OrientByGradient(gradient, segment));
   }
@@ -73,14 +47,14 @@ std::vector<LineSegment> Orient(const std::vector<cv::Vec4f>& lines, const cv::M
 
 struct LbdLineExtractor::Impl {
   LineExtractorOptions options;
-  // Kept between images, since each detector leaks a little memory when destroyed (OpenCV 4.6).
-  cv::Ptr<cv::ximgproc::EdgeDrawing> edge_drawing = cv::ximgproc::createEdgeDrawing();
-  internal::ImageGradient gradient;  // its memory is used again for the next image
+  // Both hold memory that is used again for the next image.
+  internal::ImageGradient gradient;
+  internal::EdgeLines edge_lines;
 
-  std::vector<cv::Vec4f> Detect(const cv::Mat& gray, float min_length) const {
-    return options.detector == LineDetector::kLsd
-               ? DetectLsd(gray)
-               : DetectEdLines(gray, static_cast<int>(min_length), edge_drawing.get());
+  // Returns oriented segments of at least min_length, within the image of `gradient`.
+  std::vector<LineSegment> Detect(const cv::Mat& gray, float min_length) {
+    return options.detector == LineDetector::kLsd ? DetectLsd(gray, gradient, min_length)
+                                                  : edge_lines.Detect(gradient, min_length);
   }
 };
 
@@ -111,7 +85,7 @@ LineFeatures LbdLineExtractor::Extract(const cv::Mat& gray) {
   std::vector<LineSegment>& segments = features.segments;
   // Fragments of half the length may still be merged into a whole segment.
   const float min_fragment = std::max(8.0F, 0.5F * min_length);
-  segments = Orient(impl_->Detect(gray, min_fragment), gray, gradient, min_fragment);
+  segments = impl_->Detect(gray, min_fragment);
   if (options.merge) {
     segments = internal::MergeCollinear(std::move(segments),
                                         static_cast<float>(std::max(kEnds, kMergeGap * side)));

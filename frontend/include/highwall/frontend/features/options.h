@@ -47,7 +47,7 @@ struct SiftExtractorOptions {
 // Detector of the line segments of an image.
 enum class LineDetector {
   kLsd,      // von Gioi, Jakubowicz, Morel, Randall 2010; the paper's choice
-  kEdLines,  // Akinlar, Topal 2011: as many lines in a fifth of the time
+  kEdLines,  // Akinlar, Topal 2011: more lines in a tenth of the time
 };
 
 // Returns "lsd" or "edlines".
