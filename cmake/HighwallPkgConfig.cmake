@@ -10,7 +10,7 @@ set(pc_frontend_requires "highwall-factors = ${PROJECT_VERSION}")
 set(pc_frontend_requires_private yaml-cpp)
 set(pc_frontend_libs -lopencv_core)
 set(pc_frontend_libs_private
-  -lopencv_calib3d -lopencv_features2d -lopencv_imgcodecs -lopencv_imgproc -lopencv_ximgproc)
+  -lopencv_calib3d -lopencv_features2d -lopencv_imgcodecs -lopencv_imgproc)
 set(pc_mapping_description "Dense clouds, octrees and grids")
 set(pc_mapping_requires "highwall-core = ${PROJECT_VERSION}")
 set(pc_mapping_requires_private octomap)
