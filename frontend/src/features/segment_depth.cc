@@ -29,20 +29,29 @@ struct Sample {
   double inverse_sigma;  // [m] of rho
 };
 
-// Sample buffer on the stack, since this runs for every segment of every frame.
+constexpr int kMaxPixels = 2 * kPixelsPerSide * kPositions;
+// One number of each sample, on the stack, since this runs for every segment of every frame.
+using Column = Eigen::Array<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxPixels, 1>;
+
+// Samples by columns, which are added up two numbers at a time.
 class Samples {
  public:
-  void Add(const Sample& sample) { data_[static_cast<std::size_t>(size_++)] = sample; }
+  void Add(const Sample& sample) {
+    data_.row(size_++) << sample.t, sample.w, sample.rho, sample.inverse_sigma;
+  }
   void Add(const Samples& other) {
-    for (const Sample& sample : other) Add(sample);
+    data_.middleRows(size_, other.size_) = other.data_.topRows(other.size_);
+    size_ += other.size_;
   }
   int size() const { return size_; }
-  const Sample* begin() const { return data_.data(); }
-  const Sample* end() const { return data_.data() + size_; }
-  const Sample& operator[](int i) const { return data_[static_cast<std::size_t>(i)]; }
+  Sample operator[](int i) const { return {data_(i, 0), data_(i, 1), data_(i, 2), data_(i, 3)}; }
+  auto t() const { return data_.col(0).head(size_); }
+  auto w() const { return data_.col(1).head(size_); }
+  auto rho() const { return data_.col(2).head(size_); }
+  auto inverse_sigma() const { return data_.col(3).head(size_); }
 
  private:
-  std::array<Sample, 2 * kPixelsPerSide * kPositions> data_;
+  Eigen::Array<double, kMaxPixels, 4> data_;
   int size_ = 0;
 };
 
@@ -52,9 +61,9 @@ struct InverseDepth {
 
   // On the segment (w = 0).
   double At(double t) const { return a + b * t; }
-  // Residual in sigmas.
-  double Residual(const Sample& sample) const {
-    return (a + b * sample.t + c * sample.w - sample.rho) * sample.inverse_sigma;
+  // Residuals in sigmas.
+  Column Residuals(const Samples& samples) const {
+    return (a + b * samples.t() + c * samples.w() - samples.rho()) * samples.inverse_sigma();
   }
 };
 
@@ -112,18 +121,13 @@ InverseDepth Ransac(const Samples& samples) {
   const int half = samples.size() / 2;
   for (int iteration = 0; iteration < kRansacIterations; ++iteration) {
     // One sample from each half: a longer baseline gives a better line.
-    const Sample& p = samples[draw(half)];
-    const Sample& q = samples[half + draw(samples.size() - half)];
+    const Sample p = samples[draw(half)];
+    const Sample q = samples[half + draw(samples.size() - half)];
     if (q.t - p.t < 0.1) continue;
     InverseDepth model;
     model.b = (q.rho - p.rho) / (q.t - p.t);
     model.a = p.rho - model.b * p.t;
-    double score = 0.0;
-    for (const Sample& sample : samples) {
-      const double residual = model.Residual(sample);
-      score += std::min(residual * residual, limit);
-      if (score >= best_score) break;  // it only grows
-    }
+    const double score = model.Residuals(samples).square().min(limit).sum();
     if (score < best_score) {
       best_score = score;
       best = model;
@@ -136,14 +140,22 @@ InverseDepth Ransac(const Samples& samples) {
 // not determine it. Neighbouring pixels have correlated noise: the four at one position count as
 // one measurement in the covariance.
 bool Solve(const Samples& samples, Slope slope, Fit* fit) {
+  const Column weights = (fit->model.Residuals(samples).abs() <= kInlierSigmas)
+                             .select(samples.inverse_sigma().square(), 0.0);
+  const Column along = weights * samples.t();
   Eigen::Matrix3d N = Eigen::Matrix3d::Zero();
   Eigen::Vector3d y = Eigen::Vector3d::Zero();
-  for (const Sample& sample : samples) {
-    if (std::abs(fit->model.Residual(sample)) > kInlierSigmas) continue;
-    const double weight = sample.inverse_sigma * sample.inverse_sigma;
-    const Eigen::Vector3d row(1.0, sample.t, slope == Slope::kFitted ? sample.w : 0.0);
-    N += (weight * row) * row.transpose();
-    y += (weight * sample.rho) * row;
+  N(0, 0) = weights.sum();
+  N(0, 1) = N(1, 0) = along.sum();
+  N(1, 1) = (along * samples.t()).sum();
+  y[0] = (weights * samples.rho()).sum();
+  y[1] = (along * samples.rho()).sum();
+  if (slope == Slope::kFitted) {
+    const Column across = weights * samples.w();
+    N(0, 2) = N(2, 0) = across.sum();
+    N(1, 2) = N(2, 1) = (along * samples.w()).sum();
+    N(2, 2) = (across * samples.w()).sum();
+    y[2] = (across * samples.rho()).sum();
   }
   const double scale = N(0, 0);
   if (slope == Slope::kZero) N(2, 2) = scale;                           // its row is zero: c = 0
@@ -162,28 +174,24 @@ Fit Refine(const Samples& samples, const InverseDepth& model, Slope slope) {
   for (int round = 0; round < kRounds; ++round) {
     if (!Solve(samples, slope, &fit)) return Fit();
   }
-  int inliers = 0;
-  double sum_sigmas = 0.0, sum = 0.0;
-  for (const Sample& sample : samples) {
-    const double residual = fit.model.Residual(sample);
-    if (std::abs(residual) > kInlierSigmas) continue;
-    ++inliers;
-    sum_sigmas += residual * residual;
-    const double metres = residual / (sample.inverse_sigma * sample.rho * sample.rho);
-    sum += metres * metres;
-  }
-  if (inliers == 0) return Fit();
-  fit.inlier_share = static_cast<double>(inliers) / samples.size();
+  const Column residuals = fit.model.Residuals(samples);
+  const auto fits = residuals.abs() <= kInlierSigmas;
+  const auto inliers = static_cast<double>(fits.count());
+  if (inliers == 0.0) return Fit();
+  const double sum_sigmas = fits.select(residuals.square(), 0.0).sum();
+  const Column metres = residuals / (samples.inverse_sigma() * samples.rho().square());
+  const double sum = fits.select(metres.square(), 0.0).sum();
+  fit.inlier_share = inliers / samples.size();
   fit.rms_sigmas = std::sqrt(sum_sigmas / inliers);
   fit.rms = std::sqrt(sum / inliers);
   return fit;
 }
 
-// Fits both sides as one plane, starting from the fits to each (sides[0] at w < 0, sides[1] at w >
-// 0).
-Fit RefineTogether(const std::array<Samples, 2>& sides, const std::array<Fit, 2>& fits) {
+// Fits both sides as one plane, starting from the lines found on each (lines[0] at w < 0, lines[1]
+// at w > 0).
+Fit RefineTogether(const std::array<Samples, 2>& sides, const std::array<InverseDepth, 2>& lines) {
   constexpr double kMeanDistance = 0.5 * (1 + kPixelsPerSide);  // of a side's pixels, in w
-  const InverseDepth &p = fits[0].model, &q = fits[1].model;
+  const InverseDepth &p = lines[0], &q = lines[1];
   const InverseDepth middle{0.5 * (p.a + q.a), 0.5 * (p.b + q.b),
                             (q.At(0.5) - p.At(0.5)) / (2.0 * kMeanDistance)};
   Samples both = sides[0];
@@ -215,25 +223,27 @@ std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv
   if (segment.Length() < 1.0F) return std::nullopt;
 
   std::array<Samples, 2> sides;
-  std::array<Fit, 2> fits;
+  std::array<InverseDepth, 2> lines;
   std::array<bool, 2> measured{};
   for (std::size_t i = 0; i < 2; ++i) {
     sides[i] = Collect(segment, i == 0 ? -1 : 1, depth, sensor);
     measured[i] = sides[i].size() >= min_measured * kPixelsPerSide * kPositions;
-    if (measured[i]) fits[i] = Refine(sides[i], Ransac(sides[i]), Slope::kZero);
+    if (measured[i]) lines[i] = Ransac(sides[i]);
   }
   if (!measured[0] && !measured[1]) return std::nullopt;
 
   SegmentDepth result;
+  const auto refined = [&](std::size_t i) { return Refine(sides[i], lines[i], Slope::kZero); };
   Fit fit;
   if (measured[0] && measured[1]) {
-    fit = RefineTogether(sides, fits);
+    fit = RefineTogether(sides, lines);
     if (!IsGood(fit)) {
+      const std::array<Fit, 2> fits{refined(0), refined(1)};
       fit = fits[fits[1].model.At(0.5) > fits[0].model.At(0.5)];  // the nearer
       result.depth_edge = true;
     }
   } else {
-    fit = fits[measured[1]];
+    fit = refined(measured[1] ? 1 : 0);
   }
   if (!IsGood(fit)) return std::nullopt;
   const double rho_s = fit.model.At(0.0), rho_e = fit.model.At(1.0);
