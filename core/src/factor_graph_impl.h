@@ -279,6 +279,14 @@ struct FactorGraph::Impl {
   }
 
   SolveSummary Summarize(const ceres::Solver::Summary& ceres_summary);
+  // Solves with the landmarks eliminated by a cost function.
+  SolveSummary Run(const SolveOptions& options, ceres::Solver::Options solver,
+                   internal::ProjectedProblem& projected);
+  // Solves with all variables in the problem of Ceres.
+  SolveSummary RunWhole(const SolveOptions& options, ceres::Solver::Options solver);
+  // Continues a solve, whose summary is given, with all variables in the problem of Ceres.
+  SolveSummary Continue(const SolveOptions& options, ceres::Solver::Options solver,
+                        const SolveSummary& first);
 
   // Returns true if a factor connects two landmarks that are not fixed.
   bool LandmarksDependOnEachOther() const {

@@ -97,6 +97,54 @@ SolveSummary FactorGraph::Impl::Summarize(const ceres::Solver::Summary& ceres_su
   return summary;
 }
 
+SolveSummary FactorGraph::Impl::RunWhole(const SolveOptions& options,
+                                         ceres::Solver::Options solver) {
+  internal::SolveCallback callback(options, faults, false);
+  solver.callbacks = {&callback};
+  CompleteProblem();
+  ceres::Solver::Summary summary;
+  const internal::QuietGlog quiet;
+  ceres::Solve(solver, &problem, &summary);
+  return Summarize(summary);
+}
+
+SolveSummary FactorGraph::Impl::Run(const SolveOptions& options, ceres::Solver::Options solver,
+                                    internal::ProjectedProblem& projected) {
+  internal::SolveCallback callback(options, faults, true);
+  solver.callbacks = {&callback};
+  ceres::Solver::Summary of_ceres;
+  {
+    const internal::QuietGlog quiet;
+    projected.Solve(solver, &of_ceres);
+  }
+  SolveSummary summary = Summarize(of_ceres);
+  if (callback.converged() && summary.IsUsable()) {
+    summary.status = SolveStatus::kConverged;
+    summary.message = "the last step is predicted to gain less than function_tolerance";
+  }
+  return summary;
+}
+
+SolveSummary FactorGraph::Impl::Continue(const SolveOptions& options, ceres::Solver::Options solver,
+                                         const SolveSummary& first) {
+  // The evaluation at the start is the first iteration.
+  solver.max_num_iterations = std::max(0, options.max_iterations - first.iterations + 1);
+  if (solver.max_num_iterations == 0) {
+    SolveSummary summary = first;
+    summary.status = SolveStatus::kLimit;
+    summary.message = "no iteration is left for the landmarks";
+    return summary;
+  }
+  solver.linear_solver_type = ceres::DENSE_SCHUR;
+  SolveSummary summary = RunWhole(options, solver);
+  if (!summary.IsUsable()) return first;
+  summary.initial_cost = first.initial_cost;
+  summary.iterations += first.iterations - 1;
+  summary.rejected_steps += first.rejected_steps;
+  summary.seconds += first.seconds;
+  return summary;
+}
+
 SolveSummary FactorGraph::Solve(const SolveOptions& options) {
   std::optional<Eigen::MatrixXd> none;
   return SolveWithCovariance(options, {}, &none);
@@ -122,8 +170,6 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
     return refused;
   }
 
-  internal::SolveCallback callback(options, impl_->faults, project);
-  solver.callbacks.push_back(&callback);
   const double damping = DampingOfLandmarks(options);
   std::optional<internal::ProjectedProblem> projected;
   if (project) {
@@ -137,26 +183,18 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
                         &impl_->faults, &impl_->projection_memory);
     }
   }
-  ceres::Solver::Summary ceres_summary;
-  if (!projected) impl_->CompleteProblem();
   impl_->faults.last = nullptr;
   impl_->faults.must_stop = false;
   impl_->faults.solving = true;
   ++impl_->faults.solve;
-  {
-    const internal::QuietGlog quiet;
-    if (projected) {
-      projected->Solve(solver, &ceres_summary);
-    } else {
-      ceres::Solve(solver, &impl_->problem, &ceres_summary);
-    }
+  SolveSummary summary =
+      projected ? impl_->Run(options, solver, *projected) : impl_->RunWhole(options, solver);
+  // The rules of Ceres see the poses only: landmarks may be far from the minimum when these rest.
+  if (damping > 0.0 && summary.status == SolveStatus::kConverged &&
+      projected->LandmarksCouldGain(options.function_tolerance)) {
+    summary = impl_->Continue(options, solver, summary);
   }
   impl_->faults.solving = false;
-  SolveSummary summary = impl_->Summarize(ceres_summary);
-  if (callback.converged() && summary.IsUsable()) {
-    summary.status = SolveStatus::kConverged;
-    summary.message = "the last step is predicted to gain less than function_tolerance";
-  }
   if (projected && !variables.empty() && summary.IsUsable()) {
     *covariance = damping > 0.0 ? ReducedCovariance(variables)
                                 : impl_->CovarianceOf(variables, *projected, unknowns);
@@ -167,8 +205,9 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
 std::optional<Eigen::MatrixXd> FactorGraph::Covariance(
     std::span<const VariableId> variables) const {
   // With landmarks eliminated one by one a small dense system is left.
+  // A solve that is running, whose callback asks, uses the memory of the elimination.
   const int left = impl_->FindUnknowns().other_dimensions;
-  if (left > 0 && left <= kMaxDenseDimensions) {
+  if (!impl_->faults.solving && left > 0 && left <= kMaxDenseDimensions) {
     if (auto reduced = ReducedCovariance(variables)) return reduced;
   }
   std::vector<double*> wanted;

@@ -28,6 +28,12 @@ class ProjectedProblem {
   // Ceres solves for the other variables, with the landmark factors as one function of them.
   void Solve(const ceres::Solver::Options& options, ceres::Solver::Summary* summary);
 
+  // After Solve(): whether the landmarks alone could lower the cost by more than this fraction of
+  // it, which no stopping rule of Ceres sees.
+  bool LandmarksCouldGain(double fraction) const {
+    return projection_.LandmarksCouldGain(fraction);
+  }
+
   // Returns the joint tangent-space covariance of `wanted` if the landmarks and the blocks
   // `unknown` are estimated, the landmarks eliminated as in the solver: from the equations of
   // Solve() if there are any. The reduced system is dense. Blocks of `wanted` that are not among

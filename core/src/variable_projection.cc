@@ -258,6 +258,7 @@ bool VariableProjection::SolveLandmark(std::size_t index) const {
   double* const value = &memory_.trial.landmarks[memory_.layouts[index].value];
   if (!FitLandmark<kDim>(index, value, &normal)) return false;
   memory_.trial.costs[index] = normal.cost;
+  memory_.trial.gain += normal.Gain();
   memory_.trial.open |= normal.open;
   Accumulate<kDim>(index);
   Eliminate<kDim>(index, normal);

@@ -50,6 +50,9 @@ class VariableProjection final : public ceres::CostFunction {
   void WriteLandmarks() const;
 
   const std::vector<LandmarkProblem::Block>& unknowns() const { return problem_.unknowns; }
+  // After a solve: whether steps of the landmarks alone are predicted to decrease the cost by more
+  // than this fraction of it.
+  bool LandmarksCouldGain(double fraction) const;
 
  private:
   // Row-major matrix with kDim columns, as in Ceres, of fixed or dynamic size.
@@ -127,11 +130,12 @@ struct VariableProjection::Memory {
     Eigen::VectorXd g;
     Eigen::VectorXd eliminated;  // part that the landmarks removed from the diagonal of H
     double cost = 0.0;           // sum of rho
+    double gain = 0.0;           // predicted decrease of `cost` by steps of the landmarks alone
 
     // Begins the sums over the landmarks.
     void Clear() {
       H.setZero(), g.setZero(), eliminated.setZero();
-      cost = 0.0;
+      cost = gain = 0.0;
       open = false;
     }
   };
@@ -162,5 +166,9 @@ struct VariableProjection::Memory {
   std::vector<const double*> parameters;
   std::vector<double*> jacobians;
 };
+
+inline bool VariableProjection::LandmarksCouldGain(double fraction) const {
+  return memory_.accepted.gain > fraction * memory_.accepted.cost;
+}
 
 }  // namespace highwall::internal

@@ -338,6 +338,51 @@ TEST(VariableProjection, CompactSchurDampsTheLandmarksOfTheFirstStep) {
   }
 }
 
+// Poses that are known do not move, and so the stopping rules of Ceres are met at once.
+TEST(VariableProjection, CompactSchurEndsWhereTheLandmarksAreAtTheirMinimum) {
+  const auto solve = [](LinearSolver solver, int iterations) {
+    FactorGraph graph;
+    const auto fixed = graph.AddVariable(Pose());
+    graph.Fix(fixed);
+    const Pose truth = Pose::FromTangent({0.3, 0.0, 0.0}, {0.0, 0.1, 0.0});
+    const auto known = graph.AddVariable(truth);
+    graph.AddFactor(std::make_unique<PosePrior>(truth, 1e6 * Matrix6::Identity()), known);
+    RandomStates random(5);
+    const auto loss = std::make_shared<ceres::HuberLoss>(0.05);
+    for (int i = 0; i < 10; ++i) {
+      const Point x = random.Vector(4.0);
+      const auto point = graph.AddLandmark(Point(x + random.Vector(i < 3 ? 3.0 : 0.01)));
+      graph.AddFactor(MakeObservation(x), loss, fixed, point);
+      graph.AddFactor(MakeObservation(truth.Inverse() * x), loss, known, point);
+    }
+    SolveOptions options{.max_iterations = iterations, .linear_solver = solver};
+    return graph.Solve(options);
+  };
+  const SolveSummary summary = solve(LinearSolver::kCompactSchur, 100);
+  EXPECT_EQ(summary.status, SolveStatus::kConverged);
+  EXPECT_GT(summary.initial_cost, 0.1);
+  EXPECT_LT(summary.final_cost, 1e-6 * summary.initial_cost);
+  EXPECT_LE(summary.iterations, 100);
+  // No more iterations than requested, and no convergence that was not reached.
+  const SolveSummary limited = solve(LinearSolver::kCompactSchur, 1);
+  EXPECT_EQ(limited.status, SolveStatus::kLimit) << limited.message;
+  EXPECT_LE(limited.iterations, 2);
+}
+
+TEST(VariableProjection, ACovarianceWithinACallbackDoesNotDisturbTheSolve) {
+  for (const LinearSolver solver :
+       {LinearSolver::kCompactSchur, LinearSolver::kVariableProjection}) {
+    Bundle undisturbed(6, 0.02), bundle(6, 0.02);
+    SolveOptions options = Exact(solver);
+    ASSERT_TRUE(undisturbed.graph.Solve(options).IsUsable());
+    options.on_iteration = [&](int, double) {
+      EXPECT_TRUE(bundle.graph.Covariance(bundle.poses[1]));
+    };
+    ASSERT_TRUE(bundle.graph.Solve(options).IsUsable());
+    EXPECT_EQ(bundle.graph.Cost(), undisturbed.graph.Cost());
+  }
+}
+
 TEST(VariableProjection, FindsTheMinimumThatDenseSchurFinds) {
   for (const bool stretched : {false, true}) {
     Bundle expected(2, 0.05, stretched), bundle(2, 0.05, stretched);

@@ -269,6 +269,22 @@ TEST_F(FactorAdjusterTest, AdjustsEachWorldByItself) {
   EXPECT_FALSE(adjuster.BeginLast(map, other, {}));
 }
 
+// Older than the newest factor that has been adjusted, but of another world at that time.
+TEST_F(FactorAdjusterTest, FactorsOfAWorldThatIsJoinedAreNewIfTheyWereNotAdjusted) {
+  const SubmapId other = map.AddSubmap();
+  const auto features = std::make_shared<FrameFeatures>();
+  const KeyFrameId id =
+      map.AddKeyFrame({.index = kKeyFrames, .features = features}, Pose(), other).id;
+  map.AddFactor({{{id, Pose()}}, frame, PositionInFrame(kT_FW * Pose().p(), 0.1), nullptr});
+  Measure(0.1);
+  FactorAdjuster adjuster(defaults, {});
+  ASSERT_TRUE(adjuster.BeginLast(map, kFirstSubmap, {}));
+  ASSERT_TRUE(adjuster.Finish(&map)->accepted);
+  ASSERT_FALSE(adjuster.BeginLast(map, kFirstSubmap, {}));
+  map.Join(kFirstSubmap, other);
+  EXPECT_TRUE(adjuster.BeginLast(map, kFirstSubmap, {}));
+}
+
 TEST_F(FactorAdjusterTest, FactorsOfALoadedMapAreNotNew) {
   Measure(0.1);
   FactorAdjuster adjuster(defaults, {});

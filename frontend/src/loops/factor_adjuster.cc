@@ -27,20 +27,21 @@
 namespace highwall {
 namespace {
 
-// Counts the factors in the world of a submap.
+// The factors in the world of a submap: those that have been adjusted before, and new ones.
 struct FactorsOfWorld {
-  // adjusted: MapFactor::number of the newest factor that has been adjusted.
-  FactorsOfWorld(const Map& map, SubmapId submap, std::int64_t adjusted) {
+  // adjusted: by MapFactor::number; those beyond its end are new.
+  FactorsOfWorld(const Map& map, SubmapId submap, const std::vector<bool>& adjusted) {
     const SubmapId root = map.Root(submap);
     for (const MapFactor& factor : map.factors().all()) {
       if (map.RootOf(factor.poses.front().keyframe) != root) continue;
-      ++(factor.number > adjusted ? fresh : old);
-      newest = std::max(newest, factor.number);
+      const auto number = static_cast<std::size_t>(factor.number);
+      ++(number < adjusted.size() && adjusted[number] ? old : fresh);
+      numbers.push_back(number);
     }
   }
 
   std::size_t old = 0, fresh = 0;
-  std::int64_t newest = 0;  // number
+  std::vector<std::size_t> numbers;  // of all
 };
 
 // Gives keyframes without a move that of the newest one before them in their submap, whose moved
@@ -144,7 +145,7 @@ class FactorAdjuster::Job {
       RunProfile* profile)
       : map_(std::move(map)),
         submap_(submap),
-        newest_(FactorsOfWorld(map_, submap, 0).newest),
+        numbers_(FactorsOfWorld(map_, submap, {}).numbers),
         loops_(loops.begin(), loops.end()),
         moves_(std::move(moves)),
         options_(options),
@@ -158,8 +159,8 @@ class FactorAdjuster::Job {
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }
   SubmapId submap() const { return submap_; }
-  // Number of factors in that world.
-  std::int64_t newest() const { return newest_; }
+  // MapFactor::number of the factors in that world.
+  const std::vector<std::size_t>& numbers() const { return numbers_; }
 
   // Rethrows the exception that ended the work. moves: of the keyframes, so far.
   FactorAdjustmentReport Write(Map* map, KeyFrameMoves* moves) {
@@ -260,7 +261,7 @@ class FactorAdjuster::Job {
 
   Map map_;
   const SubmapId submap_;
-  const std::int64_t newest_;
+  const std::vector<std::size_t> numbers_;
   const std::vector<LoopEdge> loops_;
   KeyFrameMoves moves_;
   const UserFactorOptions options_;
@@ -283,20 +284,27 @@ FactorAdjuster::~FactorAdjuster() = default;
 
 void FactorAdjuster::Adopt(const Map& map) {
   for (const SubmapId root : map.roots()) {
-    adjusted_[root] = FactorsOfWorld(map, root, 0).newest;
+    MarkAdjusted(FactorsOfWorld(map, root, {}).numbers);
+  }
+}
+
+void FactorAdjuster::MarkAdjusted(std::span<const std::size_t> numbers) {
+  for (const std::size_t number : numbers) {
+    if (adjusted_.size() <= number) adjusted_.resize(number + 1);
+    adjusted_[number] = true;
   }
 }
 
 bool FactorAdjuster::Begin(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
   if (!job_.HasRoom()) return false;
-  const FactorsOfWorld factors(map, submap, adjusted_[map.Root(submap)]);
+  const FactorsOfWorld factors(map, submap, adjusted_);
   const double share = std::ceil(options_.share * static_cast<double>(factors.old));
   if (static_cast<double>(factors.fresh) < std::max<double>(options_.every, share)) return false;
   return Start(map, submap, loops);
 }
 
 bool FactorAdjuster::BeginLast(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
-  const FactorsOfWorld factors(map, submap, adjusted_[map.Root(submap)]);
+  const FactorsOfWorld factors(map, submap, adjusted_);
   return factors.fresh > 0 && Start(map, submap, loops);
 }
 
@@ -315,7 +323,7 @@ bool FactorAdjuster::HasResult() const {
 std::optional<FactorAdjustmentReport> FactorAdjuster::Finish(Map* map) {
   const std::unique_ptr<Job> job = job_.Take();
   if (!job) return std::nullopt;
-  adjusted_[map->Root(job->submap())] = job->newest();
+  MarkAdjusted(job->numbers());
   return job->Write(map, &moves_);
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <cstdint>
-#include <map>
+#include <cstddef>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
@@ -54,14 +54,15 @@ class FactorAdjuster final : public MapStage {
 
  private:
   class Job;
+  void MarkAdjusted(std::span<const std::size_t> numbers);
   bool Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops);
 
   const UserFactorOptions options_;
   const KeyFrameGraphOptions graph_;
   const int threads_;
   RunProfile* const profile_;
-  // MapFactor::number of the newest factor in the last adjustment, by the root of their world.
-  std::map<SubmapId, std::int64_t> adjusted_;
+  // By MapFactor::number: whether the factor has been adjusted. Worlds may have been merged since.
+  std::vector<bool> adjusted_;
   // T_WC = T_V B: pose T_V of the keyframe by images alone, and its move B.
   KeyFrameMoves moves_;
   JobSlot<Job> job_;

@@ -185,8 +185,8 @@ class FactorGraph {
   // Covariance() with the landmarks eliminated one by one. Also empty if there are no landmarks, if
   // a factor connects two of them, if one of them is requested, or if any variable is unobservable.
   std::optional<Eigen::MatrixXd> ReducedCovariance(std::span<const VariableId> variables) const;
-  // Solve(), then ReducedCovariance() at the solution from the final linear system of the solver.
-  // Also empty if the solver failed or is not variable projection.
+  // Solve(), then ReducedCovariance() at the solution, with variable projection from the final
+  // linear system of the solver. Also empty if the solver failed or leaves the landmarks to Ceres.
   SolveSummary SolveWithCovariance(const SolveOptions& options,
                                    std::span<const VariableId> variables,
                                    std::optional<Eigen::MatrixXd>* covariance);

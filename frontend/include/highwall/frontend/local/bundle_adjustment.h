@@ -24,8 +24,8 @@ namespace [[gnu::visibility("default")]] highwall {
 class BundleAdjuster {
  public:
   // free, fixed: active keyframes, none in both; if `fixed` is empty the oldest of `free` is held.
-  // model: must outlive the adjuster. threads: >= 1, of the solver; with more than one the last
-  // bits vary from run to run. Throws InvalidArgument on bad options.
+  // model: must outlive the adjuster. threads: >= 1, of the solver where more than 66 keyframes move; with
+  // more than one the last bits vary from run to run then. Throws InvalidArgument on bad options.
   BundleAdjuster(const Map& map, const MeasurementModel& model, std::span<const KeyFrameId> free,
                  std::span<const KeyFrameId> fixed, const BundleAdjustmentOptions& options = {},
                  int threads = 1);

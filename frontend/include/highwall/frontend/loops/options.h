@@ -71,7 +71,7 @@ struct LoopCloserOptions {
 // Options of the adjustment of keyframes to user factors (docs/user_factors.md).
 struct UserFactorOptions {
   int every = 20;  // >= 1: factors added to the map since the last adjustment
-  // >= 0: minimum share of all of them: a long trajectory is adjusted less often
+  // >= 0: minimum share of those in earlier adjustments: a long trajectory is adjusted less often
   double share = 0.05;
   double max_angle = 0.1;  // [rad] > 0: sigma of the rotation below which a frame counts as aligned
   // [s] > 0: a measurement between two frames that are farther apart is refused.
