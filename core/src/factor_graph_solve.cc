@@ -190,7 +190,7 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
   SolveSummary summary =
       projected ? impl_->Run(options, solver, *projected) : impl_->RunWhole(options, solver);
   // The rules of Ceres see the poses only: landmarks may be far from the minimum when these rest.
-  if (damping > 0.0 && summary.status == SolveStatus::kConverged &&
+  if (projected && damping > 0.0 && summary.status == SolveStatus::kConverged &&
       projected->LandmarksCouldGain(options.function_tolerance)) {
     summary = impl_->Continue(options, solver, summary);
   }

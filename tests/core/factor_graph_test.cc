@@ -139,6 +139,18 @@ TEST(FactorGraph, EveryLinearSolverFindsTheSameBundle) {
   }
 }
 
+TEST(FactorGraph, EveryLinearSolverSolvesWithoutLandmarks) {
+  for (const LinearSolver solver :
+       {LinearSolver::kDenseSchur, LinearSolver::kSparseSchur, LinearSolver::kCompactSchur,
+        LinearSolver::kVariableProjection}) {
+    FactorGraph graph;
+    const auto pose = graph.AddVariable(Pose::FromTangent({0.3, 0, 0}, {0, 0.2, 0}));
+    graph.AddFactor(std::make_unique<PosePrior>(Pose(), Matrix6::Identity()), pose);
+    EXPECT_EQ(graph.Solve({.linear_solver = solver}).status, SolveStatus::kConverged);
+    EXPECT_LT(graph.Value(pose).p().norm(), 1e-6);
+  }
+}
+
 TEST(FactorGraph, SchurSurvivesFixedLandmarks) {
   FactorGraph graph;
   const auto pose = graph.AddVariable(Pose::FromTangent({0.1, 0, 0}, {0, 0.1, 0}));
