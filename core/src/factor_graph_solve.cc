@@ -99,7 +99,7 @@ SolveSummary FactorGraph::Impl::Summarize(const ceres::Solver::Summary& ceres_su
 
 SolveSummary FactorGraph::Impl::RunWhole(const SolveOptions& options,
                                          ceres::Solver::Options solver) {
-  internal::SolveCallback callback(options, faults, false);
+  internal::SolveCallback callback(options, faults, nullptr);
   solver.callbacks = {&callback};
   CompleteProblem();
   ceres::Solver::Summary summary;
@@ -110,7 +110,7 @@ SolveSummary FactorGraph::Impl::RunWhole(const SolveOptions& options,
 
 SolveSummary FactorGraph::Impl::Run(const SolveOptions& options, ceres::Solver::Options solver,
                                     internal::ProjectedProblem& projected) {
-  internal::SolveCallback callback(options, faults, true);
+  internal::SolveCallback callback(options, faults, &projected);
   solver.callbacks = {&callback};
   ceres::Solver::Summary of_ceres;
   {
@@ -190,8 +190,8 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
   SolveSummary summary =
       projected ? impl_->Run(options, solver, *projected) : impl_->RunWhole(options, solver);
   // The rules of Ceres see the poses only: landmarks may be far from the minimum when these rest.
-  if (projected && damping > 0.0 && summary.status == SolveStatus::kConverged &&
-      projected->LandmarksCouldGain(options.function_tolerance)) {
+  if (projected && summary.status == SolveStatus::kConverged &&
+      !projected->LandmarksRest(options.function_tolerance)) {
     summary = impl_->Continue(options, solver, summary);
   }
   impl_->faults.solving = false;

@@ -28,11 +28,9 @@ class ProjectedProblem {
   // Ceres solves for the other variables, with the landmark factors as one function of them.
   void Solve(const ceres::Solver::Options& options, ceres::Solver::Summary* summary);
 
-  // After Solve(): whether the landmarks alone could lower the cost by more than this fraction of
-  // it, which no stopping rule of Ceres sees.
-  bool LandmarksCouldGain(double fraction) const {
-    return projection_.LandmarksCouldGain(fraction);
-  }
+  // Whether the landmarks alone could hardly lower the cost, by at most this fraction of it, which
+  // no stopping rule of Ceres sees. Without damping they do rest at each accepted step.
+  bool LandmarksRest(double fraction) const { return projection_.LandmarksRest(fraction); }
 
   // Returns the joint tangent-space covariance of `wanted` if the landmarks and the blocks
   // `unknown` are estimated, the landmarks eliminated as in the solver: from the equations of

@@ -6,20 +6,23 @@
 
 #include <highwall/core/solver.h>
 #include "guarded_factor.h"
+#include "projected_problem.h"
 
 namespace highwall::internal {
 
 // Applies the callbacks and the stop flag of SolveOptions between iterations.
 class SolveCallback final : public ceres::IterationCallback {
  public:
-  // projected: the problem is solved by variable projection.
-  SolveCallback(const SolveOptions& options, const internal::FactorFaults& faults, bool projected)
+  // projected: the problem whose landmarks are eliminated, null: none.
+  SolveCallback(const SolveOptions& options, const internal::FactorFaults& faults,
+                const ProjectedProblem* projected)
       : options_(options), faults_(faults), projected_(projected) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
     if (faults_.must_stop) return ceres::SOLVER_ABORT;
     if (options_.on_iteration) options_.on_iteration(iteration.iteration, iteration.cost);
     const bool stop = options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed);
-    converged_ = !stop && projected_ && IsLast(iteration);
+    converged_ = !stop && projected_ != nullptr && IsLast(iteration) &&
+                 projected_->LandmarksRest(options_.function_tolerance);
     return stop || converged_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
   bool converged() const { return converged_; }
@@ -35,7 +38,7 @@ class SolveCallback final : public ceres::IterationCallback {
 
   const SolveOptions& options_;
   const internal::FactorFaults& faults_;
-  const bool projected_;
+  const ProjectedProblem* const projected_;
   bool converged_ = false;
 };
 

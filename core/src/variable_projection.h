@@ -50,9 +50,9 @@ class VariableProjection final : public ceres::CostFunction {
   void WriteLandmarks() const;
 
   const std::vector<LandmarkProblem::Block>& unknowns() const { return problem_.unknowns; }
-  // After a solve: whether steps of the landmarks alone are predicted to decrease the cost by more
-  // than this fraction of it.
-  bool LandmarksCouldGain(double fraction) const;
+  // Whether steps of the landmarks alone are predicted to decrease the cost by at most this
+  // fraction of it, after the last evaluation with Jacobians; always true without damping.
+  bool LandmarksRest(double fraction) const;
 
  private:
   // Row-major matrix with kDim columns, as in Ceres, of fixed or dynamic size.
@@ -167,8 +167,8 @@ struct VariableProjection::Memory {
   std::vector<double*> jacobians;
 };
 
-inline bool VariableProjection::LandmarksCouldGain(double fraction) const {
-  return memory_.accepted.gain > fraction * memory_.accepted.cost;
+inline bool VariableProjection::LandmarksRest(double fraction) const {
+  return damping_ == 0.0 || memory_.accepted.gain <= fraction * memory_.accepted.cost;
 }
 
 }  // namespace highwall::internal
