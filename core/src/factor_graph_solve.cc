@@ -135,6 +135,7 @@ SolveSummary FactorGraph::Impl::Continue(const SolveOptions& options, ceres::Sol
     summary.message = "no iteration is left for the landmarks";
     return summary;
   }
+  solver.max_solver_time_in_seconds = std::max(0.0, options.max_seconds - first.seconds);
   solver.linear_solver_type = ceres::DENSE_SCHUR;
   SolveSummary summary = RunWhole(options, solver);
   if (!summary.IsUsable()) return first;
