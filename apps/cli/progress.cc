@@ -56,6 +56,12 @@ void Progress::Update(std::size_t done, std::size_t total) {
   total_ = total;
 }
 
+void Progress::Print(const std::string& line) {
+  const std::scoped_lock lock(mutex_);
+  std::fputs(((on_terminal_ ? kEraseLine : "") + line + "\n").c_str(), stderr);
+  std::fflush(stderr);
+}
+
 void Progress::Begin(std::string label) {
   const std::scoped_lock lock(mutex_);
   label_ = std::move(label);

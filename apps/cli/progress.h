@@ -30,6 +30,8 @@ class Progress {
 
   // total: 0 if unknown.
   void Update(std::size_t done, std::size_t total = 0);
+  // Prints a line of its own on standard error.
+  void Print(const std::string& line);
   // Starts a new stage, counted from zero.
   void Begin(std::string label);
 

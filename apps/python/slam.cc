@@ -60,7 +60,7 @@ using OptionalFunction = std::optional<py::function>;
 
 SlamCallbacks MakeCallbacks(const CallGate& gate, const OptionalFunction& on_keyframe,
                             const OptionalFunction& on_loop, const OptionalFunction& on_map,
-                            const OptionalFunction& on_frame) {
+                            const OptionalFunction& on_finding, const OptionalFunction& on_frame) {
   SlamCallbacks callbacks;
   if (on_keyframe) {
     callbacks.on_keyframe = [call = Callback(gate, *on_keyframe)](const KeyFrame& keyframe,
@@ -85,6 +85,12 @@ SlamCallbacks MakeCallbacks(const CallGate& gate, const OptionalFunction& on_key
         poses[py::int_(id.value())] = map.keyframe(id)->T_WC;
       }
       call(poses);
+    };
+  }
+  if (on_finding) {
+    callbacks.on_finding = [call = Callback(gate, *on_finding)](const SensorFinding& finding) {
+      const py::gil_scoped_acquire lock;
+      call(finding);
     };
   }
   if (on_frame) {
@@ -310,6 +316,26 @@ void BindEstimates(py::module_& module) {
       .def_readonly("noise", &SensorEstimate::noise, "Noise of the observations.");
 }
 
+void BindVerdict(py::module_& module) {
+  py::class_<SensorFinding>(module, "SensorFinding",
+                            "One contradiction between the configuration and what is measured.")
+      .def_property_readonly(
+          "fault", [](const SensorFinding& self) { return ToString(self.fault); },
+          "Its kind, such as \"imu mount\".")
+      .def_property_readonly(
+          "trust", [](const SensorFinding& self) { return ToString(self.trust); },
+          "What it leaves of the results: \"doubtful\" or \"not to be trusted\".")
+      .def_readonly("text", &SensorFinding::text, "What is wrong, and by how much.")
+      .def_readonly("remedy", &SensorFinding::remedy, "What to do about it.")
+      .def("__repr__", [](const SensorFinding& self) { return Line(self); });
+  py::class_<SensorVerdict>(module, "SensorVerdict", "All that was found in a recording.")
+      .def_property_readonly(
+          "trust", [](const SensorVerdict& self) { return ToString(self.trust()); },
+          "\"consistent\", \"doubtful\" or \"not to be trusted\".")
+      .def_readonly("findings", &SensorVerdict::findings)
+      .def("__repr__", &SensorVerdict::Summary);
+}
+
 using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 using Rows6 = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor>;
 
@@ -340,6 +366,7 @@ void BindSlam(py::module_& module) {
   BindSlamOptions(module);
   BindResults(module);
   BindEstimates(module);
+  BindVerdict(module);
   py::class_<Slam, std::unique_ptr<Slam, UnlockedDelete>>(
       module, "SlamSystem", "RGB-D(-inertial) SLAM: images and readings in, poses and a map out.",
       Collected<Slam>())
@@ -355,16 +382,19 @@ void BindSlam(py::module_& module) {
       .def(
           "set_callbacks",
           [](Slam& self, const OptionalFunction& on_keyframe, const OptionalFunction& on_loop,
-             const OptionalFunction& on_map, const OptionalFunction& on_frame) {
+             const OptionalFunction& on_map, const OptionalFunction& on_finding,
+             const OptionalFunction& on_frame) {
             SlamCallbacks callbacks =
-                MakeCallbacks(*self.gate(), on_keyframe, on_loop, on_map, on_frame);
+                MakeCallbacks(*self.gate(), on_keyframe, on_loop, on_map, on_finding, on_frame);
             self.Call([&](PythonSlam& slam) { slam.Listen(std::move(callbacks)); });
           },
           py::kw_only(), py::arg("on_keyframe") = py::none(), py::arg("on_loop") = py::none(),
-          py::arg("on_map") = py::none(), py::arg("on_frame") = py::none(),
+          py::arg("on_map") = py::none(), py::arg("on_finding") = py::none(),
+          py::arg("on_frame") = py::none(),
           "on_keyframe(id, T_WC, stamp, bgr, depth), on_loop(match, keyframe, accepted, message), "
-          "on_map({id: T_WC}), on_frame(FrameResult): called by track() and finish(). What one "
-          "raises reaches the caller. They must not call the system in turn: a RuntimeError.")
+          "on_map({id: T_WC}), on_finding(SensorFinding), on_frame(FrameResult): called by track() "
+          "and finish(). What one raises reaches the caller. They must not call the system in "
+          "turn: a RuntimeError.")
       .def("add_imu", Exclusively<PythonSlam>(&SlamSystem::AddImu), py::arg("sample"),
            "All readings until some 50 ms after an image must be passed before that image.")
       .def(
@@ -420,6 +450,8 @@ void BindSlam(py::module_& module) {
            })
       .def("sensor", Exclusively<PythonSlam>(&SlamSystem::sensor),
            "Online estimate of the sensor, as it is now.")
+      .def("verdict", Exclusively<PythonSlam>(&SlamSystem::verdict),
+           "What contradicts the configuration of the sensors; complete after finish().")
       .def("refined_frames", Exclusively<PythonSlam>(&SlamSystem::refined_frames),
            "Number of frames whose pose was refined afterwards.")
       .def(

@@ -71,9 +71,10 @@ CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor&
   Progress progress(round == 1
                         ? "tracking"
                         : fmt::format("tracking with the calibration found, round {}", round));
-  const SlamRun run = RunSlam(*images, sensor, options,
-                              [&progress](const FrameResult&, const RgbdImage&, std::size_t done,
-                                          std::size_t total) { progress.Update(done, total); });
+  const SlamRun run =
+      RunSlam(*images, sensor, options,
+              {.on_frame = [&progress](const FrameResult&, const RgbdImage&, std::size_t done,
+                                       std::size_t total) { progress.Update(done, total); }});
   if (!run.failures.empty()) throw IoError(directory, run.failures.front() + ": record for longer");
   if (!run.camera) throw IoError(directory, "no frame could be tracked");
   CalibratedImages found;

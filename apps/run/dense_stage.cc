@@ -92,18 +92,21 @@ class DenseStage::KeyframeMapping {
   std::map<KeyFrameId, MadeWith> made_with_;
 };
 
-DenseStage::DenseStage(SlamSystem& slam, const Dataset& dataset, const RgbdSensor& sensor,
+DenseStage::DenseStage(const SlamSystem& slam, const Dataset& dataset, const RgbdSensor& sensor,
                        const SlamRunOptions& options, RunProfile* profile) {
   if (!options.dense) return;
   mapping_ = std::make_unique<KeyframeMapping>(slam, dataset, sensor, options, profile);
-  slam.SetCallbacks({.on_keyframe =
-                         [this](const KeyFrame& keyframe, const RgbdImage&) {
-                           if (mapping_) mapping_->SetKeyframe(keyframe);
-                         },
-                     .on_keyframes = [this](const KeyframeEvent& event) { Apply(event); }});
 }
 
 DenseStage::~DenseStage() = default;
+
+void DenseStage::AddTo(SlamCallbacks* callbacks) {
+  if (!mapping_) return;
+  callbacks->on_keyframe = [this](const KeyFrame& keyframe, const RgbdImage&) {
+    if (mapping_) mapping_->SetKeyframe(keyframe);
+  };
+  callbacks->on_keyframes = [this](const KeyframeEvent& event) { Apply(event); };
+}
 
 void DenseStage::Apply(const KeyframeEvent& event) {
   if (!mapping_) return;

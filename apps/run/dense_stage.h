@@ -12,16 +12,19 @@
 
 namespace highwall::apps {
 
-// Builds the dense map of a run if it is enabled; the run continues if mapping fails. Registers
-// callbacks with the system. The system and the dataset must outlive this object.
+// Builds the dense map of a run if it is enabled; the run continues if mapping fails. The system
+// and the dataset must outlive this object.
 class DenseStage {
  public:
   // profile: of the run; must outlive this object.
-  DenseStage(SlamSystem& slam, const Dataset& dataset, const RgbdSensor& sensor,
+  DenseStage(const SlamSystem& slam, const Dataset& dataset, const RgbdSensor& sensor,
              const SlamRunOptions& options, RunProfile* profile);
   ~DenseStage();
   DenseStage(const DenseStage&) = delete;  // callbacks of the system capture `this`
   DenseStage& operator=(const DenseStage&) = delete;
+
+  // Sets the callbacks that it needs.
+  void AddTo(SlamCallbacks* callbacks);
 
   // Call once, last: stores the dense map of each submap in the run, together with any failures.
   void Finish(SlamRun* run);

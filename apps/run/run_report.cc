@@ -266,6 +266,17 @@ nlohmann::json ToJson(const std::vector<TrackedFrame>& frames) {
   return json;
 }
 
+nlohmann::json ToJson(const SensorVerdict& verdict) {
+  nlohmann::json findings = nlohmann::json::array();
+  for (const SensorFinding& finding : verdict.findings) {
+    findings.push_back({{"fault", ToString(finding.fault)},
+                        {"trust", ToString(finding.trust)},
+                        {"text", finding.text},
+                        {"remedy", finding.remedy}});
+  }
+  return {{"trust", ToString(verdict.trust())}, {"findings", findings}};
+}
+
 nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
                        const std::string& dataset, const std::string& calibration) {
   std::error_code is_no_path;
@@ -316,6 +327,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
        {{"value", ToJson(run.sensor.timing.value)}, {"sigma", ToJson(run.sensor.timing.sigma)}}},
       {"depth_pattern", ToJson(run.sensor.depth_pattern)},
       {"noise", ToJson(run.sensor.noise, run.levels)},
+      {"verdict", ToJson(run.verdict)},
       {"milliseconds", ToJson(run.times)},
       {"seconds", run.seconds},
       {"processor_seconds", ToJson(run.processor)},

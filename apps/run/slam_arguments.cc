@@ -70,6 +70,8 @@ void AddOutputOptions(CLI::App* command, SlamArguments* arguments) {
                     "Write report.html too: the run on one page, for any browser");
   command->add_flag("--overwrite", arguments->overwrite, kOverwriteHelp);
   command->add_flag("--json", arguments->json, "Print the report as one JSON object");
+  command->add_flag("--strict", arguments->strict,
+                    "Exit with 3 unless the recording and its configuration are consistent");
 }
 
 // unneeded: options that are not required for --print-settings.

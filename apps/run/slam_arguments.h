@@ -41,6 +41,7 @@ struct SlamArguments {
   bool json = false;
   bool report = false;
   bool overwrite = false;
+  bool strict = false;
   bool print_settings = false;  // and exit
 };
 

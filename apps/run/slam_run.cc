@@ -409,6 +409,20 @@ void SaveTrace(const SlamRunOptions& options, const RunProfile& profile, SlamRun
   Attempt("trace", &run->failures, [&] { WriteTrace(options.trace, profile.trace()); });
 }
 
+// Returns everything that was found before, during and after tracking.
+SensorVerdict VerdictOf(const SlamRun& run, const SlamRunOptions& options,
+                        const SensorVerdict& tracked) {
+  SensorVerdict verdict = options.before;
+  for (const SensorFinding& finding : tracked.findings) verdict.Add(finding);
+  const auto& dense = run.largest.dense;
+  if (dense && dense->cloud.size() == 0 && run.keyframes.size() > 1) {
+    verdict.Add({SensorFault::kEmptyMap, Trust::kDoubtful,
+                 "the dense map is empty: hardly any depth reading is in the sensor's range",
+                 "check depth_factor and depth_range with highwall info"});
+  }
+  return verdict;
+}
+
 double PosedShare(const SlamRun& run, std::size_t images) {
   const std::size_t posed = run.frames - run.lost.size();
   return images > 0 ? static_cast<double>(posed) / static_cast<double>(images) : 0.0;
@@ -463,7 +477,7 @@ void RequireWhole(const SlamRun& run) {
 }
 
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
-                const FrameCallback& on_frame, const TrackedCallback& on_tracked) {
+                const RunCallbacks& callbacks) {
   const Stopwatch stopwatch;
   RunProfile profile(!options.trace.empty());
   const ProfiledThread caller({"tracking", &profile});
@@ -471,6 +485,9 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   ImuReplay imu(options.imu);
   GpsReplay gps(options.gps, slam);
   DenseStage mapping(slam, dataset, sensor, options, &profile);
+  SlamCallbacks followed{.on_finding = callbacks.on_finding};
+  mapping.AddTo(&followed);
+  slam.SetCallbacks(std::move(followed));
   FrameSource reader(dataset, options, &profile);
 
   RunTally tally;
@@ -481,7 +498,9 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     gps.FeedUntil(image->stamp, slam);
     const FrameResult result = tracked.Track(*image, slam);
     tally.Add(result);
-    if (on_frame) on_frame(result, *image, reader.position(), reader.count());
+    if (callbacks.on_frame) {
+      callbacks.on_frame(result, *image, reader.position(), reader.count());
+    }
   }
   const std::size_t dropped = reader.dropped(), left = reader.left();
   std::vector<LoopReport> last;
@@ -499,9 +518,10 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   run.skipped = reader.count() - run.left - run.frames - run.dropped;
   run.without_depth = CountWithoutDepth(dataset, options);
   run.keyframes = slam.keyframe_trajectory();
-  if (on_tracked && !run.largest.trajectory.empty()) on_tracked(run);
+  if (callbacks.on_tracked && !run.largest.trajectory.empty()) callbacks.on_tracked(run);
   FinishMap(sensor, options, slam, &run);
   mapping.Finish(&run);
+  run.verdict = VerdictOf(run, options, slam.verdict());
   run.seconds = stopwatch.Seconds();
   run.processor = profile.processor_seconds();
   SaveTrace(options, profile, &run);

@@ -31,6 +31,7 @@ struct SlamRunOptions {
   SlamOptions slam;
   std::optional<GpsFeed> gps;  // empty: none
   std::optional<ImuFeed> imu;  // empty: RGB-D alone
+  SensorVerdict before;        // what the recording shows before the first frame
   bool dense = true;           // build cloud, octree and grid
   DenseMapOptions map;
   std::size_t begin = 0, end = SIZE_MAX;  // frames of the dataset
@@ -160,6 +161,7 @@ struct SlamRun {
   std::size_t repeated = 0;                         // colour images identical to the previous one
   int refined = 0;                                  // frames with a pose refined afterwards
   SensorEstimate sensor;                            // final
+  SensorVerdict verdict;                            // with what was found before
   int levels = 0;                                   // of the pyramid of its points
   std::optional<InertialSummary> inertial;          // with an IMU
   std::optional<GpsSummary> gps;                    // with a GPS
@@ -192,6 +194,9 @@ double ProcessorMsPerFrame(const SlamRun& run);
 // Throws std::runtime_error if there are failures, for callers that need a complete result.
 void RequireWhole(const SlamRun& run);
 
+// Called for each finding about the sensors as soon as it is significant.
+using FindingCallback = std::function<void(const SensorFinding& finding)>;
+
 // Called after each frame with the frame, its image, the number of processed frames, and the total.
 using FrameCallback = std::function<void(const FrameResult& result, const RgbdImage& image,
                                          std::size_t done, std::size_t total)>;
@@ -200,11 +205,18 @@ using FrameCallback = std::function<void(const FrameResult& result, const RgbdIm
 // keyframes are known; all steps that take long or may fail come later.
 using TrackedCallback = std::function<void(const SlamRun& run)>;
 
+// What RunSlam() calls; any may be empty.
+struct RunCallbacks {
+  FrameCallback on_frame = {};
+  TrackedCallback on_tracked = {};
+  FindingCallback on_finding = {};
+};
+
 // Runs SlamSystem on a dataset, builds the dense map from the keyframes, and saves the map. Throws
 // IoError for a map that cannot be loaded or belongs to another camera. Failures after tracking,
 // and of the dense map at any time, are recorded in SlamRun::failures.
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
-                const FrameCallback& on_frame = {}, const TrackedCallback& on_tracked = {});
+                const RunCallbacks& callbacks = {});
 
 // Returns the peak memory of the process [MiB].
 double PeakMemoryMib();

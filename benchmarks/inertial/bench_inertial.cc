@@ -119,12 +119,13 @@ Scores RunOnce(const Sequence& sequence, const Setting& setting, const Arguments
   for (const std::string& value : arguments.set) apps::Set(value, &options.slam);
   Judge judge(sequence, arguments.time_offset);
   apps::Progress progress(label);
-  const apps::SlamRun run = apps::RunSlam(
-      dataset, config.sensor, options,
-      [&](const FrameResult& result, const RgbdImage&, std::size_t done, std::size_t total) {
-        judge.Watch(result);
-        progress.Update(done, total);
-      });
+  const apps::SlamRun run =
+      apps::RunSlam(dataset, config.sensor, options,
+                    {.on_frame = [&](const FrameResult& result, const RgbdImage&, std::size_t done,
+                                     std::size_t total) {
+                      judge.Watch(result);
+                      progress.Update(done, total);
+                    }});
   apps::RequireWhole(run);
   return judge.Score(run);
 }

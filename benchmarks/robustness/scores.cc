@@ -81,9 +81,8 @@ AbuseScores RunAbused(const AbusedSequence& sequence, const RgbdSensor& sensor, 
   if (synchronous) options.slam = Deterministic(options.slam);
   const apps::SlamRun run =
       apps::RunSlam(sequence, sensor, options,
-                    [&](const FrameResult&, const RgbdImage&, std::size_t done, std::size_t total) {
-                      progress(done, total);
-                    });
+                    {.on_frame = [&](const FrameResult&, const RgbdImage&, std::size_t done,
+                                     std::size_t total) { progress(done, total); }});
   apps::RequireWhole(run);
 
   AbuseScores scores{.figures = {}, .reasons = run.loss_reasons};

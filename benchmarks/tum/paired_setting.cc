@@ -177,9 +177,10 @@ apps::SlamRun OwnSetting::RunWhole(std::size_t begin, const std::string& label,
   options.stop = stop;
   options.begin = begin;
   apps::Progress progress(label);
-  apps::SlamRun run = apps::RunSlam(*dataset_.images, dataset_.config.sensor, options,
-                                    [&](const FrameResult&, const RgbdImage&, std::size_t done,
-                                        std::size_t total) { progress.Update(done, total); });
+  apps::SlamRun run =
+      apps::RunSlam(*dataset_.images, dataset_.config.sensor, options,
+                    {.on_frame = [&](const FrameResult&, const RgbdImage&, std::size_t done,
+                                     std::size_t total) { progress.Update(done, total); }});
   apps::RequireWhole(run);
   return run;
 }

@@ -28,6 +28,7 @@ void SlamSystem::Impl::Notify(const FrameResult& result, const RgbdImage& image,
   if (callbacks_.on_submap && result.begins_submap) callbacks_.on_submap(result.submap);
   Notify(result.loops);
   if (moved) NotifyMoved();
+  NotifyFindings();
   EmitKeyframes(result.stamp);
 }
 
@@ -40,6 +41,16 @@ void SlamSystem::Impl::Notify(const std::vector<LoopReport>& loops) const {
 
 void SlamSystem::Impl::NotifyMoved() const {
   if (callbacks_.on_map) callbacks_.on_map(map_);
+}
+
+void SlamSystem::Impl::Find(SensorFinding finding) {
+  if (verdict_.Add(finding)) new_findings_.push_back(std::move(finding));
+}
+
+void SlamSystem::Impl::NotifyFindings() {
+  for (const SensorFinding& finding : std::exchange(new_findings_, {})) {
+    if (callbacks_.on_finding) callbacks_.on_finding(finding);
+  }
 }
 
 KeyframeRelease::MaskOf SlamSystem::Impl::DynamicMasks() const {

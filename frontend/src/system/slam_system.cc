@@ -90,6 +90,10 @@ SensorEstimate SlamSystem::sensor() const {
   return impl_->sensor();
 }
 
+SensorVerdict SlamSystem::verdict() const {
+  return impl_->verdict();
+}
+
 int SlamSystem::refined_frames() const {
   return impl_->refined_frames();
 }

@@ -424,6 +424,7 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
   refiner_.FinishAll(map_, Knowledge(), tracked_.mutable_frames());
   Notify(reports);
   if (moved || MoveKeyframes(reports)) NotifyMoved();
+  NotifyFindings();
   EmitAllKeyframes();
   return reports;
 }

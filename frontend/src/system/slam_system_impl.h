@@ -63,6 +63,7 @@ class SlamSystem::Impl {
   SensorEstimate sensor() const {
     return {sensor_.timing_estimate(), depth_pattern_.pattern(), sensor_.noise()};
   }
+  const SensorVerdict& verdict() const { return verdict_; }
   int refined_frames() const { return refiner_.refined(); }
   const Map& map() const { return map_; }
 
@@ -125,6 +126,9 @@ class SlamSystem::Impl {
   void Notify(const FrameResult& result, const RgbdImage& image, bool moved);
   void Notify(const std::vector<LoopReport>& loops) const;
   void NotifyMoved() const;
+  // Adds a finding to the verdict; the next Notify() reports it.
+  void Find(SensorFinding finding);
+  void NotifyFindings();
   // Collects the changes of the keyframes by this frame for on_keyframes.
   void Collect(const FrameResult& result, const RgbdImage& image, bool moved);
   void EmitKeyframes(Stamp now);
@@ -149,6 +153,8 @@ class SlamSystem::Impl {
   Map map_;
   SlamCallbacks callbacks_;
   KeyframeRelease release_;
+  SensorVerdict verdict_;
+  std::vector<SensorFinding> new_findings_;  // not reported by on_finding yet
   FrameTrajectories tracked_;
   StampSequence stamps_;
   bool metric_ = false;  // depth was verified to be in metres

@@ -30,6 +30,7 @@
 #include <highwall/frontend/map/options.h>
 #include <highwall/frontend/pose/pose_report.h>
 #include <highwall/frontend/sensor/sensor_estimate.h>
+#include <highwall/frontend/sensor/sensor_verdict.h>
 #include <highwall/frontend/tracking/keyframe_policy.h>
 #include <highwall/frontend/tracking/options.h>
 
@@ -144,6 +145,9 @@ struct SlamCallbacks {
   // the first frame. If this or a callback before it throws, the next event holds the same changes
   // again.
   std::function<void(const KeyframeEvent&)> on_keyframes = {};
+  // Something contradicts the configuration of the sensors (verdict()), as soon as it is
+  // significant.
+  std::function<void(const SensorFinding&)> on_finding = {};
   // Every frame, including lost ones, after the above: the return value of Track().
   std::function<void(const FrameResult&)> on_frame = {};
 };
@@ -277,6 +281,8 @@ class SlamSystem {
 
   // Online estimate of the noise, the row times and the depth distortion of the sensor.
   SensorEstimate sensor() const;
+  // What contradicts the configuration of the sensors so far; complete after Finish().
+  SensorVerdict verdict() const;
   // Number of frames whose pose was refined afterwards (SlamOptions::refinement).
   int refined_frames() const;
 
