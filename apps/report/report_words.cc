@@ -72,6 +72,17 @@ std::string Tracking(const nlohmann::json& run) {
   return text;
 }
 
+std::string Verdict(const nlohmann::json& run) {
+  std::string text =
+      "Recording and configuration: " + run.value(Pointer("/verdict/trust"), "") + ".";
+  for (const nlohmann::json& finding :
+       run.value(Pointer("/verdict/findings"), nlohmann::json::array())) {
+    const std::string remedy = finding.value("remedy", "");
+    text += " " + finding.value("text", "") + (remedy.empty() ? "." : ": " + remedy + ".");
+  }
+  return text;
+}
+
 std::string Error(const nlohmann::json& errors) {
   if (errors.is_null()) {
     return "There is no ground truth at hand, so nothing is said of errors.";
@@ -177,6 +188,7 @@ std::string Speed(const nlohmann::json& run) {
 std::vector<std::string> SummaryInWords(const nlohmann::json& run, const nlohmann::json& errors) {
   std::vector<std::string> words;
   if (run.contains("frames")) words.push_back(Tracking(run));
+  if (run.contains("verdict")) words.push_back(Verdict(run));
   if (run.contains("runs")) {
     words.push_back(fmt::format("These are {} in one map.", Counted(run["runs"].size(), "run")));
   }
