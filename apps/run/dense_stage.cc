@@ -36,11 +36,14 @@ class DenseStage::KeyframeMapping {
   }
   void Apply(const KeyframeEvent& event) { mapper_.Apply(event); }
 
-  // Stores the dense map of each submap.
-  void Finish(SlamRun* run) {
+  void Complete() {
     mapper_.Apply(
         slam_.waiting_keyframes());  // only the places, unless SlamSystem::Finish() failed
     MapAgain();
+  }
+
+  // Stores the dense map of each submap.
+  void Finish(SlamRun* run) {
     std::map<std::int32_t, DenseMap> maps = mapper_.Finish();
     const auto take = [&maps](SubmapRun& submap) {
       const auto map = maps.find(submap.submap.value());
@@ -111,6 +114,11 @@ void DenseStage::AddTo(SlamCallbacks* callbacks) {
 void DenseStage::Apply(const KeyframeEvent& event) {
   if (!mapping_) return;
   if (!Attempt(kDenseMap, &failures_, [&] { mapping_->Apply(event); })) mapping_.reset();
+}
+
+void DenseStage::Complete() {
+  if (!mapping_) return;
+  if (!Attempt(kDenseMap, &failures_, [&] { mapping_->Complete(); })) mapping_.reset();
 }
 
 void DenseStage::Finish(SlamRun* run) {

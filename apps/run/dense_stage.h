@@ -12,8 +12,8 @@
 
 namespace highwall::apps {
 
-// Builds the dense map of a run if it is enabled; the run continues if mapping fails. The system
-// and the dataset must outlive this object.
+// Builds the dense map of a run if it is enabled; the run continues if mapping fails. The dataset
+// must outlive this object.
 class DenseStage {
  public:
   // profile: of the run; must outlive this object.
@@ -26,6 +26,9 @@ class DenseStage {
   // Sets the callbacks that it needs.
   void AddTo(SlamCallbacks* callbacks);
 
+  // Call once, after SlamSystem::Finish(): maps what the system still holds. It is not used any
+  // more afterwards, and its memory is free for the map.
+  void Complete();
   // Call once, last: stores the dense map of each submap in the run, together with any failures.
   void Finish(SlamRun* run);
 

@@ -230,6 +230,7 @@ nlohmann::json RunOutput::WriteRest(const SlamRun& run, const nlohmann::json& ru
     if (adjusted.empty()) continue;
     Attempt([&] { WriteTumTrajectory(directory_ / NameOfSubmap(kAdjustedFile, i + 1), adjusted); });
   }
+  ReturnFreeMemory();
   WriteDense(run.largest, 0);
   for (std::size_t i = 0; i < run.others.size(); ++i) WriteDense(run.others[i], i + 1);
   const std::optional<DenseMap>& dense = run.largest.dense;

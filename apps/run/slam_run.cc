@@ -1,5 +1,6 @@
 #include "run/slam_run.h"
 
+#include <malloc.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -404,6 +405,15 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
   run->lines = slam.map().num<MapLine>();
 }
 
+// Destroys the system, whose memory is free for the dense map from then on, and returns its
+// verdict.
+SensorVerdict End(SlamSystem slam) {
+  SensorVerdict verdict = slam.verdict();
+  { const SlamSystem ended = std::move(slam); }
+  ReturnFreeMemory();
+  return verdict;
+}
+
 void SaveTrace(const SlamRunOptions& options, const RunProfile& profile, SlamRun* run) {
   if (options.trace.empty() || run->largest.trajectory.empty()) return;
   Attempt("trace", &run->failures, [&] { WriteTrace(options.trace, profile.trace()); });
@@ -520,12 +530,20 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   run.keyframes = slam.keyframe_trajectory();
   if (callbacks.on_tracked && !run.largest.trajectory.empty()) callbacks.on_tracked(run);
   FinishMap(sensor, options, slam, &run);
+  mapping.Complete();
+  const SensorVerdict verdict = End(std::move(slam));
   mapping.Finish(&run);
-  run.verdict = VerdictOf(run, options, slam.verdict());
+  run.verdict = VerdictOf(run, options, verdict);
   run.seconds = stopwatch.Seconds();
   run.processor = profile.processor_seconds();
   SaveTrace(options, profile, &run);
   return run;
+}
+
+void ReturnFreeMemory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
 }
 
 double PeakMemoryMib() {
