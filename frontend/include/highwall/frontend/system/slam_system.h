@@ -23,6 +23,7 @@
 #include <highwall/frontend/inertial/options.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/sensor.h>
+#include <highwall/frontend/input/sensor_verdict.h>
 #include <highwall/frontend/local/options.h>
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
@@ -30,7 +31,6 @@
 #include <highwall/frontend/map/options.h>
 #include <highwall/frontend/pose/pose_report.h>
 #include <highwall/frontend/sensor/sensor_estimate.h>
-#include <highwall/frontend/sensor/sensor_verdict.h>
 #include <highwall/frontend/tracking/keyframe_policy.h>
 #include <highwall/frontend/tracking/options.h>
 

@@ -1,4 +1,4 @@
-#include <highwall/frontend/sensor/sensor_verdict.h>
+#include <highwall/frontend/input/sensor_verdict.h>
 
 #include <algorithm>
 #include <utility>
