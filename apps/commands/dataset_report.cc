@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/depth_check.h>
 #include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/input/open_dataset.h>
 #include <highwall/frontend/input/repeated_image.h>
@@ -195,8 +196,26 @@ void AddDepthProblems(const RgbdSensor& sensor, DatasetReport* report) {
   }
 }
 
+// Whether this frame is one of kChecked, spread over a recording.
+bool IsChecked(std::size_t frame, std::size_t frames) {
+  constexpr std::size_t kChecked = 8;
+  const std::size_t count = std::min(kChecked, frames);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (frame == (2 * i + 1) * frames / (2 * count)) return true;
+  }
+  return false;
+}
+
+// Appends what DepthCheck finds. The depth factor has its own problem: AddDepthProblems().
+void AddFindings(const DepthCheck& check, DatasetReport* report) {
+  for (const SensorFinding& finding : check.Findings()) {
+    if (finding.fault == SensorFault::kDepthScale) continue;
+    report->problems.push_back(Line(finding));
+  }
+}
+
 // Reads all frames, and the depth of an evenly spaced subset.
-void ReadFrames(const TumDataset& dataset, double depth_factor,
+void ReadFrames(const TumDataset& dataset, const RgbdSensor& sensor,
                 const std::function<void(std::size_t, std::size_t)>& progress,
                 DatasetReport* report) {
   constexpr std::size_t kSurveyed = 60;
@@ -205,14 +224,16 @@ void ReadFrames(const TumDataset& dataset, double depth_factor,
   RepeatedImage repeated;
   ImageSurvey images;
   DepthSurvey survey;
+  DepthCheck check(sensor);
   cv::Size size;
   std::size_t measured = 0, pixels = 0;
   while (const std::optional<RgbdImage> image = reader.Next()) {
     if (report->usable_frames == 0) size = image->depth.size();
-    if (report->usable_frames % stride == 0 && image->depth.size() == size) {
-      cv::Mat raw;
-      image->depth.convertTo(raw, CV_16U, depth_factor);
-      survey.Add(raw);
+    const bool is_checked = IsChecked(reader.position() - 1, dataset.size());
+    if (image->depth.size() == size && (is_checked || report->usable_frames % stride == 0)) {
+      const cv::Mat raw = StoredDepth(image->depth, sensor);
+      if (report->usable_frames % stride == 0) survey.Add(raw);
+      if (is_checked) check.Add(raw, image->bgr);
     }
     ++report->usable_frames;
     report->repeated_colour += repeated.Update(image->bgr) ? 1 : 0;
@@ -224,11 +245,13 @@ void ReadFrames(const TumDataset& dataset, double depth_factor,
   report->dark_colour = images.dark();
   report->plain_colour = images.plain();
   report->problems = images.Problems();
+  AddFindings(check, report);
   report->width = size.width;
   report->height = size.height;
   report->measured_share = static_cast<double>(measured) / static_cast<double>(pixels);
   report->depth_images.statistics = survey.Describe();
-  report->depth_images.guesses = IdentifyDepthSensor(report->depth_images.statistics);
+  report->depth_images.guesses =
+      IdentifyDepthSensor(report->depth_images.statistics, sensor.depth_factor);
 }
 
 // Returns the dataset's own configuration: its camera is checked here, its depth factor is used.
@@ -313,7 +336,7 @@ DatasetReport InspectDataset(const std::filesystem::path& directory, double max_
   report.association_rate =
       static_cast<double>(report.frames.count) / static_cast<double>(report.colour.count);
 
-  ReadFrames(dataset, sensor.depth_factor, progress, &report);
+  ReadFrames(dataset, sensor, progress, &report);
   const DepthReport& depth = report.depth_images;
   if (config) {
     report.depth_images.Believe(sensor.depth_factor);

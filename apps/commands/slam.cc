@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include <fmt/core.h>
@@ -17,6 +18,7 @@
 #include <opencv2/core/utility.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/depth_check.h>
 #include <highwall/mapping/octree_size.h>
 
 #include "cli/commands.h"
@@ -263,6 +265,9 @@ int RunSlamCommand(const SlamArguments& arguments) {
   options.gps = ReadGpsFeed(arguments, opened, options.imu.has_value());
   for (const std::string& warning : warnings) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
+  }
+  for (SensorFinding& finding : CheckDepth(dataset, sensor, options.begin, options.end)) {
+    options.before.Add(std::move(finding));
   }
   for (const SensorFinding& finding : options.before.findings) {
     fmt::print(stderr, "highwall slam: warning: {}\n", Line(finding));

@@ -60,5 +60,25 @@ TEST_F(ReadSensorTest, NamesTheFileTheLineAndTheRemedy) {
                        [&] { ReadSensor(path().parent_path() / "calibratoin.yaml"); });
 }
 
+TEST_F(ReadSensorTest, RefusesALensThatNoCameraHas) {
+  const auto camera = [](const std::string& rest) {
+    return "camera: {width: 640, height: 480, " + rest + "}\ndepth_factor: 1000\n";
+  };
+  ExpectRefused(camera("fx: 0.8, fy: 1.1, cx: 319, cy: 239"),
+                ":1: camera: fx is 0.8 px, less than a tenth of the image's width (640): is it "
+                "normalized? multiply it by the width");
+  ExpectRefused(camera("fx: 525, fy: 525, cx: 960, cy: 239"),
+                ":1: camera: cx is 960 px, outside of the image, whose width is 640: does it");
+  ExpectRefused(camera("fx: 525, fy: 525, cx: 319, cy: -3"), ":1: camera: cy is -3 px, outside");
+  ExpectRefused(camera("fx: 1050, fy: 525, cx: 319, cy: 239"),
+                ":1: camera: fx is 1050 px and fy 525 px: pixels are about square");
+  // Wide angle, a portrait image, and one whose sides were scaled from 16:9 to 4:3.
+  EXPECT_NO_THROW(Read(camera("fx: 200, fy: 200, cx: 319, cy: 239")));
+  EXPECT_NO_THROW(Read(camera("fx: 460, fy: 613, cx: 319, cy: 239")));
+  EXPECT_NO_THROW(
+      Read("camera: {width: 480, height: 640, fx: 525, fy: 525, cx: 239, cy: 319}\n"
+           "depth_factor: 1000\n"));
+}
+
 }  // namespace
 }  // namespace highwall::read_sensor_test

@@ -127,9 +127,27 @@ bool ShowsSomething(const DepthStatistics& statistics) {
                              [](const DepthGrain& grain) { return grain.sigma > kGrain; });
 }
 
+// Any sensor that is none of the others: it may have any steps, grain and holes, which makes it
+// less likely than one that has those of the images.
+void AddUnknownSensor(const DepthStatistics& statistics, double known_factor,
+                      std::vector<DepthGuess>* guesses) {
+  constexpr double kUnknown = -4.0;
+  const SensorProfile& any = *FindSensorProfile("generic");
+  std::vector<double> factors{1000.0, 5000.0};
+  if (known_factor > 0.0 && std::ranges::find(factors, known_factor) == factors.end()) {
+    factors.push_back(known_factor);
+  }
+  for (const double factor : factors) {
+    guesses->push_back({&any, factor,
+                        kUnknown + LogScene(statistics, factor) +
+                            LogRange(statistics, any, factor) + LogUnit(statistics, any, factor)});
+  }
+}
+
 }  // namespace
 
-std::vector<DepthGuess> IdentifyDepthSensor(const DepthStatistics& statistics) {
+std::vector<DepthGuess> IdentifyDepthSensor(const DepthStatistics& statistics,
+                                            double known_factor) {
   std::vector<DepthGuess> guesses;
   if (!ShowsSomething(statistics)) return guesses;
   for (const SensorProfile& profile : SensorProfiles()) {
@@ -147,6 +165,7 @@ std::vector<DepthGuess> IdentifyDepthSensor(const DepthStatistics& statistics) {
       guesses.push_back({&profile, factor, log});
     }
   }
+  AddUnknownSensor(statistics, known_factor, &guesses);
   std::ranges::sort(guesses, std::greater(), &DepthGuess::probability);
   const double best = guesses.front().probability;
   double sum = 0.0;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <string>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/sensor_profile.h>
@@ -46,6 +47,38 @@ const std::array<Preset, 3>& Presets() {
   return presets;
 }
 
+// A pinhole image whose half is ten times as wide as its focal length would span 157 degrees.
+void RequireFocalLength(double focal, int size, const char* field, const char* side) {
+  constexpr double kLeast = 0.1;
+  HIGHWALL_REQUIRE(focal >= kLeast * size, std::string(field) + " is " + NumberText(focal) +
+                                               " px, less than a tenth of the image's " + side +
+                                               " (" + std::to_string(size) +
+                                               "): is it normalized? multiply it by the " + side);
+}
+
+void RequireInImage(double centre, int size, const char* field, const char* side) {
+  HIGHWALL_REQUIRE(centre >= 0.0 && centre <= size,
+                   std::string(field) + " is " + NumberText(centre) +
+                       " px, outside of the image, whose " + side + " is " + std::to_string(size) +
+                       ": does it belong to another image size?");
+}
+
+// Requires what no camera with registered depth violates. Pixels are square before an image is
+// scaled, and no usual format changes the ratio of its sides by as much.
+void RequirePossibleLens(const PinholeCamera& camera) {
+  constexpr double kMostStretched = 1.9;
+  RequireFocalLength(camera.fx, camera.width, "PinholeCamera::fx", "width");
+  RequireFocalLength(camera.fy, camera.height, "PinholeCamera::fy", "height");
+  RequireInImage(camera.cx, camera.width, "PinholeCamera::cx", "width");
+  RequireInImage(camera.cy, camera.height, "PinholeCamera::cy", "height");
+  const double ratio = camera.fx / camera.fy;
+  HIGHWALL_REQUIRE(ratio < kMostStretched && ratio > 1.0 / kMostStretched,
+                   "PinholeCamera::fx is " + NumberText(camera.fx) + " px and fy " +
+                       NumberText(camera.fy) +
+                       " px: pixels are about square, so that one of them is wrong or belongs to "
+                       "another image size");
+}
+
 }  // namespace
 
 void FrameTiming::Validate() const {
@@ -56,6 +89,7 @@ void FrameTiming::Validate() const {
 
 void RgbdSensor::Validate() const {
   camera.Validate();
+  RequirePossibleLens(camera);
   depth_noise.Validate();
   depth_pattern.Validate();
   timing.Validate();

@@ -195,7 +195,10 @@ RgbdImage TumDataset::DoLoad(std::size_t index) const {
   if (!options_.any_size && (raw.cols != camera.width || raw.rows != camera.height)) {
     throw IoError(depth.path, "is " + Size(raw) + ", but the camera is set to " +
                                   std::to_string(camera.width) + " x " +
-                                  std::to_string(camera.height));
+                                  std::to_string(camera.height) +
+                                  (raw.cols == camera.height && raw.rows == camera.width
+                                       ? ": are width and height exchanged?"
+                                       : ""));
   }
   if (!imu_file_ && cv::countNonZero(raw) == 0) {
     throw IoError(depth.path, "holds no depth: all zero");

@@ -47,7 +47,9 @@ struct RgbdSensor {
   double max_depth = 20.0;            // [m] > min_depth; farther readings are invalid
   FrameTiming timing{};               // if known; SlamSystem estimates the rest online
 
-  // Throws InvalidArgument naming the field.
+  // Throws InvalidArgument naming the field. A focal length below a tenth of the image's side, a
+  // principal point outside of the image, and pixels twice as high as wide (or the reverse) are
+  // those of no such camera.
   void Validate() const;
 };
 

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include <opencv2/core/mat.hpp>
+
+#include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/sensor.h>
+#include <highwall/frontend/input/sensor_verdict.h>
+
+namespace [[gnu::visibility("default")]] highwall {
+
+// Returns the stored values, CV_16UC1, of a depth image [m], CV_32FC1: the inverse of MetricDepth()
+// with this sensor, saturated at 65535.
+cv::Mat StoredDepth(const cv::Mat& depth, const RgbdSensor& sensor);
+
+// Tests by some raw images of a recording whether depth is stored as the calibration says:
+// constant, with exchanged bytes, with a value other than 0 where nothing was measured, with
+// another depth factor, as inverse depth, mirrored or shifted against colour. Each test speaks only
+// where the images are clear (docs/misconfiguration.md, Depth).
+class DepthCheck {
+ public:
+  explicit DepthCheck(const RgbdSensor& sensor);
+  ~DepthCheck();
+  DepthCheck(const DepthCheck&) = delete;
+  DepthCheck& operator=(const DepthCheck&) = delete;
+
+  // raw: CV_16UC1 as stored, 0 where nothing was measured. bgr: CV_8UC3 of the same size. The best
+  // are about eight images, spread over the recording; less than four show nothing. They must not
+  // change until Findings() was called. Throws InvalidArgument for other images, and for one of
+  // another size than the first.
+  void Add(const cv::Mat& raw, const cv::Mat& bgr);
+  // Returns what is wrong, in the order of the tests.
+  std::vector<SensorFinding> Findings() const;
+
+ private:
+  struct Tests;
+
+  const RgbdSensor sensor_;
+  std::unique_ptr<Tests> tests_;
+};
+
+// Applies DepthCheck to eight frames of [begin, end) of a recording that was opened with this
+// sensor.
+std::vector<SensorFinding> CheckDepth(const Dataset& dataset, const RgbdSensor& sensor,
+                                      std::size_t begin = 0, std::size_t end = SIZE_MAX);
+
+}  // namespace highwall

@@ -1,0 +1,274 @@
+#include <highwall/frontend/input/depth_check.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include <opencv2/core.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/input/depth_identification.h>
+#include <highwall/frontend/input/depth_survey.h>
+#include <highwall/internal/number_text.h>
+
+#include "input/depth_bend.h"
+#include "input/depth_edges.h"
+#include "input/depth_values.h"
+
+namespace highwall {
+namespace {
+
+constexpr std::size_t kImages = 8;
+
+// [m] Median depths that are usual: with a factor of 1000 for 5000, or the reverse, another
+// results.
+constexpr double kUsualNear = 0.8, kUsualFar = 3.5;
+constexpr double kSureFactor = 0.98, kImpossibleFactor = 0.005;  // probabilities
+// shares of the readings in the sensor's range by a wrong factor and by the right one
+constexpr double kHardlyAny = 0.2, kNearlyAllReadings = 0.95;
+constexpr double kPossibleFactor = 0.2;  // probability
+
+constexpr int kInverseImages = 4;
+constexpr double kEdgesFit = 0.08;       // correlation of edges that agree
+constexpr double kEdgesFitBetter = 2.0;  // ratio of correlations of the right flip and any other
+constexpr double kNearlyAlways = 0.85;   // share of the images: seven of eight
+constexpr double kStable = 0.02;         // of the width: sigma of a shift
+constexpr double kNearCentre = 0.05;     // of the width: shift of an image that is only mirrored
+constexpr double kShifted = 0.015;       // of the width
+constexpr double kFarShifted = 0.03;     // of the width
+constexpr double kSigmas = 5.0;
+constexpr double kShiftFitsBetter = 1.4;  // ratio of correlations with and without the shift
+
+std::string Short(double value) {
+  return RoundedText(value, 4);
+}
+
+std::string Percent(double share) {
+  return RoundedText(100.0 * share, 2) + " %";
+}
+
+// Share of the readings between these stored values, by the quantiles that are known of them.
+double ShareBetween(const std::vector<double>& readings, double low, double high) {
+  const auto within =
+      std::ranges::count_if(readings, [&](double value) { return value >= low && value <= high; });
+  return readings.empty() ? 1.0
+                          : static_cast<double>(within) / static_cast<double>(readings.size());
+}
+
+SensorFinding ConstantDepth(const char* text) {
+  return {SensorFault::kDepthConstant, Trust::kNotTrusted, text,
+          "store what the depth camera measures; a constant makes any motion look like another"};
+}
+
+SensorFinding SwappedBytes() {
+  return {SensorFault::kDepthByteOrder, Trust::kNotTrusted,
+          "the depth values of neighbouring pixels differ wildly, and are smooth with their two "
+          "bytes exchanged",
+          "store 16-bit PNG in its own byte order (cv::imwrite and the like do)"};
+}
+
+SensorFinding WrongFactor(std::string text, double factor) {
+  return {SensorFault::kDepthScale, Trust::kNotTrusted, std::move(text),
+          "set depth_factor: " + Short(factor) + " if the images are of that sensor"};
+}
+
+SensorFinding InverseDepth() {
+  return {SensorFault::kDepthInverse, Trust::kNotTrusted,
+          "planes are bent in the depth images as if the values were disparities or inverse depths",
+          "store z = focal length x baseline / disparity"};
+}
+
+SensorFinding MirroredDepth(DepthFlip flip) {
+  const char* const how = flip == DepthFlip::kLeftRight    ? "mirrored left to right"
+                          : flip == DepthFlip::kUpsideDown ? "upside down"
+                                                           : "turned by 180 degrees";
+  return {SensorFault::kDepthMirrored, Trust::kNotTrusted,
+          std::string("depth is ") + how + " against the colour images: their edges agree then",
+          "flip the depth images"};
+}
+
+SensorFinding ShiftedDepth(const EdgeFit& fit, int width) {
+  const double far = std::hypot(fit.shift_u, fit.shift_v);
+  const auto part = [](double shift, const char* positive, const char* negative) {
+    return RoundedText(std::abs(shift), 2) + " px " + (shift > 0.0 ? positive : negative);
+  };
+  std::string where;
+  if (std::abs(fit.shift_u) > 0.3 * far) {
+    where = part(fit.shift_u, "to the right of", "to the left of");
+  }
+  if (std::abs(fit.shift_v) > 0.3 * far) {
+    where += (where.empty() ? "" : " and ") + part(fit.shift_v, "below", "above");
+  }
+  return {SensorFault::kDepthUnregistered,
+          far > kFarShifted * width ? Trust::kNotTrusted : Trust::kDoubtful,
+          "depth lies " + where + " colour: their edges agree then",
+          "register depth to the colour camera (the camera's driver can: align, registered)"};
+}
+
+}  // namespace
+
+struct DepthCheck::Tests {
+  cv::Size size;
+  std::vector<cv::Mat> images;  // raw
+  DepthValues values;
+  DepthBend bend;
+  DepthEdges edges;
+  std::vector<double> readings;  // [stored units] a sample
+
+  void AddScale(const RgbdSensor& sensor, std::vector<SensorFinding>* findings) const;
+  void AddPlace(std::vector<SensorFinding>* findings) const;
+};
+
+// Looks at the sensor only where the depths by the factor are unusual: that takes half a second.
+void DepthCheck::Tests::AddScale(const RgbdSensor& sensor,
+                                 std::vector<SensorFinding>* findings) const {
+  if (readings.empty()) return;
+  std::vector<double> sorted = readings;
+  std::ranges::sort(sorted);
+  const double factor = sensor.depth_factor, median = sorted[sorted.size() / 2] / factor;
+  if (median > kUsualNear && median < kUsualFar) return;
+  DepthSurvey survey;
+  for (const cv::Mat& raw : images) survey.Add(raw);
+  const std::vector<DepthGuess> guesses = IdentifyDepthSensor(survey.Describe(), factor);
+  if (guesses.empty()) return;
+  const DepthGuess& best = guesses.front();
+  if (ProbabilityOfFactor(guesses, best.depth_factor) > kSureFactor &&
+      ProbabilityOfFactor(guesses, factor) < kImpossibleFactor &&
+      best.profile->principle != DepthPrinciple::kUnknown) {
+    findings->push_back(WrongFactor("the depth images are those of a " +
+                                        std::string(best.profile->name) + " with depth factor " +
+                                        Short(best.depth_factor) + ", not " + Short(factor),
+                                    best.depth_factor));
+    return;
+  }
+  const auto in_range = [&](double by) {
+    return ShareBetween(sorted, by * sensor.min_depth, by * sensor.max_depth);
+  };
+  if (in_range(factor) > kHardlyAny) return;
+  for (const double other : {1000.0, 5000.0}) {
+    if (in_range(other) < kNearlyAllReadings ||
+        ProbabilityOfFactor(guesses, other) < kPossibleFactor) {
+      continue;
+    }
+    findings->push_back(WrongFactor(
+        Percent(1.0 - in_range(factor)) + " of the depth readings lie outside of the sensor's " +
+            "range of " + Short(sensor.min_depth) + " to " + Short(sensor.max_depth) +
+            " m with depth factor " + Short(factor) + ", and hardly any with " + Short(other),
+        other));
+    return;
+  }
+}
+
+void DepthCheck::Tests::AddPlace(std::vector<SensorFinding>* findings) const {
+  const std::optional<DepthEdges::Result> fit = edges.Fit();
+  if (!fit) return;
+  const double width = size.width;
+  const auto is_clear = [&](const EdgeFit& found) {
+    return found.correlation > kEdgesFit && found.better > kNearlyAlways &&
+           std::max(found.sigma_u, found.sigma_v) < kStable * width;
+  };
+  const EdgeFit &flipped = fit->flipped, &shifted = fit->shifted;
+  if (is_clear(flipped) && flipped.correlation > kEdgesFitBetter * shifted.correlation &&
+      std::hypot(flipped.shift_u, flipped.shift_v) < kNearCentre * width) {
+    findings->push_back(MirroredDepth(flipped.flip));
+    return;
+  }
+  const double far = std::hypot(shifted.shift_u, shifted.shift_v);
+  const double sigma = std::hypot(shifted.sigma_u, shifted.sigma_v);
+  if (is_clear(shifted) && shifted.correlation > kShiftFitsBetter * fit->correlation &&
+      far > std::max(kShifted * width, kSigmas * sigma)) {
+    findings->push_back(ShiftedDepth(shifted, size.width));
+  }
+}
+
+cv::Mat StoredDepth(const cv::Mat& depth, const RgbdSensor& sensor) {
+  HIGHWALL_REQUIRE(depth.type() == CV_32FC1, "StoredDepth: the image must be CV_32FC1");
+  cv::Mat stored;
+  if (sensor.inverse_depth_offset == 0.0 && sensor.depth_pattern.IsZero()) {
+    depth.convertTo(stored, CV_16U, sensor.depth_factor);
+    return stored;
+  }
+  stored.create(depth.size(), CV_16UC1);
+  for (int v = 0; v < depth.rows; ++v) {
+    for (int u = 0; u < depth.cols; ++u) {
+      const double z = depth.at<float>(v, u);
+      const double off =
+          sensor.inverse_depth_offset + sensor.depth_pattern.At(u, v, depth.cols, depth.rows);
+      stored.at<std::uint16_t>(v, u) =
+          cv::saturate_cast<std::uint16_t>(sensor.depth_factor * z / (1.0 + z * off));
+    }
+  }
+  return stored;
+}
+
+DepthCheck::DepthCheck(const RgbdSensor& sensor)
+    : sensor_((sensor.Validate(), sensor)), tests_(std::make_unique<Tests>()) {}
+
+DepthCheck::~DepthCheck() = default;
+
+void DepthCheck::Add(const cv::Mat& raw, const cv::Mat& bgr) {
+  HIGHWALL_REQUIRE(raw.type() == CV_16UC1 && bgr.type() == CV_8UC3 && raw.size() == bgr.size(),
+                   "DepthCheck: the images must be CV_16UC1 and CV_8UC3, of the same size");
+  HIGHWALL_REQUIRE(tests_->images.empty() || raw.size() == tests_->size,
+                   "DepthCheck: the images differ in size");
+  tests_->size = raw.size();
+  tests_->images.push_back(raw);
+  tests_->values.Add(raw, bgr);
+  tests_->bend.Add(raw);
+  tests_->edges.Add(raw, bgr);
+  constexpr int kStep = 8;  // [px] between the readings of the sample
+  for (int v = 0; v < raw.rows; v += kStep) {
+    for (int u = 0; u < raw.cols; u += kStep) {
+      if (const std::uint16_t value = raw.at<std::uint16_t>(v, u))
+        tests_->readings.push_back(value);
+    }
+  }
+}
+
+std::vector<SensorFinding> DepthCheck::Findings() const {
+  const DepthValues& values = tests_->values;
+  if (values.IsUniform()) return {ConstantDepth("depth is the same at all pixels")};
+  if (values.IsFrozen()) {
+    return {ConstantDepth("all depth images are the same, although the colour images differ")};
+  }
+  if (values.HasSwappedBytes()) return {SwappedBytes()};
+  std::vector<SensorFinding> findings;
+  const std::optional<PlaceholderValue> placeholder = values.Placeholder();
+  if (placeholder && placeholder->value <= sensor_.max_depth * sensor_.depth_factor) {
+    findings.push_back(
+        {SensorFault::kDepthSaturated, Trust::kDoubtful,
+         Percent(placeholder->share) + " of the depth pixels hold the value " +
+             std::to_string(placeholder->value) + ", far above all others: it is no reading of " +
+             Short(placeholder->value / sensor_.depth_factor) + " m",
+         "store 0 where nothing was measured, or set depth_range: {max: ...} below it"});
+  }
+  if (tests_->bend.inverse() >= kInverseImages &&
+      tests_->bend.depth() * 8 <= tests_->bend.inverse()) {
+    findings.push_back(InverseDepth());
+    return findings;
+  }
+  tests_->AddScale(sensor_, &findings);
+  tests_->AddPlace(&findings);
+  return findings;
+}
+
+std::vector<SensorFinding> CheckDepth(const Dataset& dataset, const RgbdSensor& sensor,
+                                      std::size_t begin, std::size_t end) {
+  end = std::min(end, dataset.size());
+  if (begin >= end) return {};
+  DepthCheck check(sensor);
+  cv::Size size;
+  for (std::size_t i = 0; i < std::min(kImages, end - begin); ++i) {
+    const std::size_t count = std::min(kImages, end - begin);
+    const std::optional<RgbdImage> image =
+        dataset.Load(begin + (2 * i + 1) * (end - begin) / (2 * count));
+    if (!image || (!size.empty() && image->depth.size() != size)) continue;
+    size = image->depth.size();
+    check.Add(StoredDepth(image->depth, sensor), image->bgr);
+  }
+  return check.Findings();
+}
+
+}  // namespace highwall

@@ -1,0 +1,242 @@
+#include <highwall/frontend/input/depth_check.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include <highwall/core/error.h>
+
+namespace highwall::depth_check_test {
+namespace {
+
+struct Image {
+  cv::Mat raw, bgr;
+};
+using Change = std::function<void(Image*)>;
+
+constexpr int kWidth = 320, kHeight = 240;
+constexpr unsigned kSeeds = 3;  // of the tests; 25 gave the same
+
+RgbdSensor Sensor() {
+  RgbdSensor sensor;
+  sensor.camera = {
+      .width = kWidth, .height = kHeight, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};
+  sensor.depth_factor = 1000.0;
+  return sensor;
+}
+
+// Returns a random view of a floor, a slanted wall behind it and boxes in front, each of a colour
+// of its own and with texture. Depth has the noise of a stereo pair, of a percent at 3 m, and
+// misses one reading in a hundred.
+Image Draw(std::mt19937& rng) {
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::normal_distribution<double> normal;
+  const auto between = [&](double low, double high) { return low + (high - low) * uniform(rng); };
+  struct Surface {
+    cv::Rect part;
+    double q, q_u, q_v;  // [1/m] inverse depth in the middle, and its change over the image
+    cv::Vec3b colour;
+  };
+  const auto colour = [&] {
+    return cv::Vec3b(static_cast<uchar>(between(30, 220)), static_cast<uchar>(between(30, 220)),
+                     static_cast<uchar>(between(30, 220)));
+  };
+  const int horizon = static_cast<int>(between(0.3, 0.5) * kHeight);
+  std::vector<Surface> surfaces{
+      {{0, 0, kWidth, horizon}, between(0.25, 0.35), between(-0.15, 0.15), 0.0, colour()},
+      {{0, horizon, kWidth, kHeight - horizon}, 0.55, 0.0, between(0.5, 0.8), colour()}};
+  for (int i = 0; i < 4; ++i) {
+    const cv::Rect part(static_cast<int>(between(0, 250)), static_cast<int>(between(40, 160)),
+                        static_cast<int>(between(30, 70)), static_cast<int>(between(30, 80)));
+    surfaces.push_back({part, between(0.75, 1.0), between(-0.2, 0.2), 0.0, colour()});
+  }
+  Image image{cv::Mat(kHeight, kWidth, CV_16UC1), cv::Mat(kHeight, kWidth, CV_8UC3)};
+  for (const Surface& surface : surfaces) {
+    const cv::Rect part = surface.part & cv::Rect(0, 0, kWidth, kHeight);
+    for (int v = part.y; v < part.br().y; ++v) {
+      for (int u = part.x; u < part.br().x; ++u) {
+        const double q = surface.q + surface.q_u * (u / (kWidth - 1.0) - 0.5) +
+                         surface.q_v * (v / (kHeight - 1.0) - 0.5) + 0.003 * normal(rng);
+        image.raw.at<std::uint16_t>(v, u) =
+            uniform(rng) < 0.01 ? 0 : static_cast<std::uint16_t>(std::lround(1000.0 / q));
+        const double light = 0.9 + 0.05 * normal(rng) + ((u / 9 + v / 9) % 2 == 0 ? 0.1 : 0.0);
+        for (int c = 0; c < 3; ++c) {
+          image.bgr.at<cv::Vec3b>(v, u)[c] = cv::saturate_cast<uchar>(light * surface.colour[c]);
+        }
+      }
+    }
+  }
+  return image;
+}
+
+std::vector<SensorFinding> Check(const RgbdSensor& sensor, unsigned seed, const Change& change) {
+  std::mt19937 rng(seed);
+  DepthCheck check(sensor);
+  for (int i = 0; i < 8; ++i) {
+    Image image = Draw(rng);
+    change(&image);
+    check.Add(image.raw, image.bgr);
+  }
+  return check.Findings();
+}
+
+Change EachValue(const std::function<double(double)>& map) {
+  return [map](Image* image) {
+    image->raw.forEach<std::uint16_t>([&](std::uint16_t& value, const int*) {
+      value = cv::saturate_cast<std::uint16_t>(map(value));
+    });
+  };
+}
+
+Change Shift(int by_u, int by_v) {
+  return [=](Image* image) {
+    const cv::Mat move = (cv::Mat_<double>(2, 3) << 1, 0, by_u, 0, 1, by_v);
+    cv::Mat moved;
+    cv::warpAffine(image->raw, moved, move, image->raw.size(), cv::INTER_NEAREST);
+    image->raw = moved;
+  };
+}
+
+std::string Lines(const std::vector<SensorFinding>& findings) {
+  std::string lines;
+  for (const SensorFinding& finding : findings) lines += Line(finding) + "\n";
+  return lines;
+}
+
+// Expects this one finding for each seed, with this text in it.
+void ExpectFound(const Change& change, SensorFault fault, const std::string& text) {
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    const std::vector<SensorFinding> found = Check(Sensor(), seed, change);
+    ASSERT_EQ(found.size(), 1u) << seed << ": " << Lines(found);
+    EXPECT_EQ(found[0].fault, fault) << seed << ": " << Lines(found);
+    EXPECT_NE(Line(found[0]).find(text), std::string::npos) << seed << ": " << Lines(found);
+  }
+}
+
+void ExpectNothing(const Change& change) {
+  for (unsigned seed = 1; seed <= 2 * kSeeds; ++seed) {
+    const std::vector<SensorFinding> found = Check(Sensor(), seed, change);
+    EXPECT_TRUE(found.empty()) << seed << ": " << Lines(found);
+  }
+}
+
+TEST(DepthCheck, SaysNothingOfRightImages) {
+  ExpectNothing([](Image*) {});
+}
+
+TEST(DepthCheck, SaysNothingOfDepthThatReadsTwoPercentTooLongOrIsShiftedByAPercentOfTheWidth) {
+  ExpectNothing(EachValue([](double value) { return 1.02 * value; }));
+  ExpectNothing(Shift(3, -1));
+}
+
+TEST(DepthCheck, FindsConstantDepth) {
+  ExpectFound(EachValue([](double) { return 1500.0; }), SensorFault::kDepthConstant,
+              "the same at all pixels");
+  std::mt19937 rng(3);
+  const cv::Mat first = Draw(rng).raw;
+  ExpectFound([&](Image* image) { image->raw = first; }, SensorFault::kDepthConstant,
+              "all depth images are the same");
+}
+
+TEST(DepthCheck, FindsExchangedBytes) {
+  ExpectFound(EachValue([](double value) {
+                const int stored = static_cast<int>(value);
+                return (stored % 256) * 256 + stored / 256;
+              }),
+              SensorFault::kDepthByteOrder, "smooth with their two bytes exchanged");
+}
+
+TEST(DepthCheck, FindsAValueThatStandsForNoReading) {
+  RgbdSensor sensor = Sensor();
+  sensor.max_depth = 100.0;
+  const Change change = [](Image* image) {
+    image->raw.colRange(0, 10).setTo(0);
+    image->raw.setTo(65535, image->raw == 0);
+  };
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    const std::vector<SensorFinding> found = Check(sensor, seed, change);
+    ASSERT_EQ(found.size(), 1u) << seed << ": " << Lines(found);
+    EXPECT_EQ(found[0].fault, SensorFault::kDepthSaturated);
+    EXPECT_EQ(found[0].trust, Trust::kDoubtful);
+    // Beyond the range of the sensor it is no reading anyway.
+    EXPECT_TRUE(Check(Sensor(), seed, change).empty());
+  }
+}
+
+TEST(DepthCheck, FindsInverseDepth) {
+  ExpectFound(EachValue([](double value) { return value > 0.0 ? 4e6 / value : 0.0; }),
+              SensorFault::kDepthInverse, "disparities");
+}
+
+TEST(DepthCheck, FindsMirroredDepth) {
+  for (const auto& [axis, text] :
+       {std::pair(1, "mirrored left to right"), {0, "upside down"}, {-1, "turned by 180"}}) {
+    ExpectFound(
+        [flip = axis](Image* image) {
+          cv::Mat flipped;
+          cv::flip(image->raw, flipped, flip);
+          image->raw = flipped;
+        },
+        SensorFault::kDepthMirrored, text);
+  }
+}
+
+TEST(DepthCheck, FindsDepthThatIsNotRegistered) {
+  ExpectFound(Shift(8, 0), SensorFault::kDepthUnregistered, "px to the right of colour");
+  ExpectFound(Shift(0, -12), SensorFault::kDepthUnregistered, "px above colour");
+}
+
+// A range that nearly all readings miss, and would not with the other factor.
+TEST(DepthCheck, FindsADepthFactorByTheRangeOfTheSensor) {
+  RgbdSensor sensor = Sensor();
+  sensor.min_depth = 0.4;
+  sensor.depth_factor = 5000.0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    const std::vector<SensorFinding> found =
+        Check(sensor, seed, EachValue([](double value) { return 0.7 * value; }));
+    ASSERT_EQ(found.size(), 1u) << seed << ": " << Lines(found);
+    EXPECT_EQ(found[0].fault, SensorFault::kDepthScale);
+    EXPECT_NE(Line(found[0]).find("set depth_factor: 1000"), std::string::npos) << Lines(found);
+  }
+}
+
+TEST(DepthCheck, NeedsFourImages) {
+  std::mt19937 rng(1);
+  DepthCheck check(Sensor());
+  EXPECT_TRUE(check.Findings().empty());
+  for (int i = 0; i < 3; ++i) {
+    Image image = Draw(rng);
+    image.raw.setTo(1000);  // constant
+    check.Add(image.raw, image.bgr);
+  }
+  EXPECT_TRUE(check.Findings().empty());
+}
+
+TEST(DepthCheck, RefusesOtherImages) {
+  DepthCheck check(Sensor());
+  EXPECT_THROW(check.Add(cv::Mat(4, 4, CV_32FC1), cv::Mat(4, 4, CV_8UC3)), InvalidArgument);
+  EXPECT_THROW(check.Add(cv::Mat(4, 4, CV_16UC1), cv::Mat(4, 5, CV_8UC3)), InvalidArgument);
+  EXPECT_THROW(StoredDepth(cv::Mat(4, 4, CV_16UC1), Sensor()), InvalidArgument);
+}
+
+TEST(StoredDepth, InvertsMetricDepth) {
+  std::mt19937 rng(5);
+  const cv::Mat raw = Draw(rng).raw;
+  RgbdSensor sensor = Sensor();
+  for (int step = 0; step < 3; ++step) {
+    if (step > 0) sensor.inverse_depth_offset = 0.01;
+    if (step > 1) sensor.depth_pattern.nodes.setLinSpaced(-0.02, 0.02);
+    const cv::Mat depth =
+        MetricDepth(raw, sensor.depth_factor, sensor.inverse_depth_offset, sensor.depth_pattern);
+    EXPECT_EQ(cv::countNonZero(StoredDepth(depth, sensor) != raw), 0) << step;
+  }
+}
+
+}  // namespace
+}  // namespace highwall::depth_check_test
