@@ -1,5 +1,5 @@
 // What contradicts a configuration is collected in one verdict.
-#include <highwall/frontend/sensor/sensor_verdict.h>
+#include <highwall/frontend/input/sensor_verdict.h>
 
 #include <set>
 #include <string>
