@@ -159,8 +159,9 @@ TEST_F(PoseSources, TheLastFrameTakesThePredictionAsAPrior) {
 TEST_F(PoseSources, OnlyThePlaceIndexRelocalizes) {
   const PoseHypothesis reference = reference_.Propose(Query(&predicted_));
   const PoseHypothesis place = place_.Propose(Query(&predicted_));
+  EXPECT_EQ(reference.origin, PoseOrigin::kReference);
+  EXPECT_EQ(place.origin, PoseOrigin::kPlace);
   for (const PoseHypothesis* recognized : {&reference, &place}) {
-    EXPECT_EQ(recognized->origin, PoseOrigin::kPlace);
     EXPECT_FALSE(recognized->prior.has_value()) << "a place does not depend on the motion";
     ASSERT_TRUE(recognized->rough.has_value());
     EXPECT_EQ(recognized->rough->relocalized, recognized == &place);

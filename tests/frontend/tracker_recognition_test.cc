@@ -94,6 +94,18 @@ TEST_F(RecognitionTest, RejectsASimilarPlaceOfWhichLittleIsFound) {
   ExpectAt(Next(little, kLost, credulous), PoseOfFrame(6), 1e-4);
 }
 
+// At a low rate, 0.2 m on the other side of the loop: views far apart have little in common.
+TEST_F(RecognitionTest, LittleIsEnoughAtTheReferenceWhereACameraCanHaveMoved) {
+  const auto after = [&](int frames, const BoxWorld& world) {
+    TrackerInSystem tracker(model, {}, {}, {});
+    Begin(tracker);
+    return Track(tracker, See(Changed(0.65), world, 30), 4 + frames);
+  };
+  ExpectAt(after(16, room), PoseOfFrame(30), 1e-4);
+  EXPECT_EQ(after(1, room).state, TrackingState::kLost) << "6 m/s";
+  EXPECT_EQ(after(16, mirrored).state, TrackingState::kLost) << "depth of another place";
+}
+
 TEST_F(RecognitionTest, APlaceWhoseDepthContradictsTheMapIsAnother) {
   ExpectAt(Next(See(scene, room, 6), kLost), PoseOfFrame(6), 1e-4);
   EXPECT_EQ(Next(See(scene, mirrored, 6), kLost).state, TrackingState::kLost);

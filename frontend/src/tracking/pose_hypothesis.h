@@ -15,10 +15,11 @@ namespace highwall {
 
 // What a hypothesis comes from: it decides what may refute the pose.
 enum class PoseOrigin {
-  kMotion,    // the last frame and the motion since
-  kPlace,     // a place that was recognized independently of the motion
-  kSurfaces,  // the last frame, with surfaces as a fallback constraint
-  kImage,     // the alignment of the whole image
+  kMotion,     // the last frame and the motion since
+  kReference,  // the reference keyframe of the last frame, recognized without the motion
+  kPlace,      // a place that was recognized independently of the last frame
+  kSurfaces,   // the last frame, with surfaces as a fallback constraint
+  kImage,      // the alignment of the whole image
 };
 
 // A pose of a frame that is to be verified.

@@ -55,6 +55,10 @@ bool PoseVerifier::IsRefuted(const PoseHypothesis& hypothesis, const LocalMatch&
       // A camera that was moved elsewhere may see a similar place.
       return !hypothesis.prior && (IsDoubtful(match) || FindsLittle(match)) &&
              Contradicts(match, map);
+    case PoseOrigin::kReference:
+      // Where views are far apart, most of what is in view looks different; then a similar place is
+      // one that the camera cannot have reached.
+      return (FindsLittle(match) && !state_.IsReachable(match.frame)) || Contradicts(match, map);
     case PoseOrigin::kPlace:
       // It may be a similar place instead.
       return FindsLittle(match) || Contradicts(match, map);

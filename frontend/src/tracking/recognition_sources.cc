@@ -23,7 +23,7 @@ bool ReferenceKeyframeSource::IsDue(const TrackingQuery&, const PoseSearch& so_f
 }
 
 PoseHypothesis ReferenceKeyframeSource::Propose(const TrackingQuery& query) const {
-  PoseHypothesis hypothesis{.origin = PoseOrigin::kPlace};
+  PoseHypothesis hypothesis{.origin = PoseOrigin::kReference};
   const TrackedFrame& last = *state_.last;
   if (query.map.keyframe(last.reference) == nullptr) return hypothesis;
   const auto found =

@@ -29,6 +29,15 @@ bool TrackerState::IsContinuous(const Twist& expected, const TrackedFrame& track
          (found.omega - expected.omega).norm() <= kMaxAngularAcceleration * dt;
 }
 
+bool TrackerState::IsReachable(const TrackedFrame& tracked) const {
+  // Above those of a hand that films, or of a vehicle before the scene of a depth camera.
+  constexpr double kMaxSpeed = 3.0, kMaxAngularSpeed = 6.0;  // [m/s], [rad/s]
+  const double dt = SinceLast(tracked.frame);
+  if (!(dt > 0.0)) return false;
+  const Twist found = Twist::Between(last->T_WC.Inverse() * tracked.T_WC, dt);
+  return found.v.norm() <= kMaxSpeed && found.omega.norm() <= kMaxAngularSpeed;
+}
+
 std::vector<KeyFrameId> TrackerState::AroundReference(const Map& map, std::size_t most) const {
   return WithNeighbours(map, last->reference, 1, static_cast<int>(most) - 1);
 }

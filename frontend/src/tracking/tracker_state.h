@@ -35,6 +35,8 @@ struct TrackerState {
   // Returns whether the camera may have come here by continuous motion; otherwise twists are
   // meaningless.
   bool IsContinuous(const Twist& expected, const TrackedFrame& tracked) const;
+  // Returns whether a camera can have come here from the last frame, by whatever motion.
+  bool IsReachable(const TrackedFrame& tracked) const;
   // Returns the reference keyframe of the last frame and those that share most landmarks with it.
   std::vector<KeyFrameId> AroundReference(const Map& map, std::size_t most) const;
 };
