@@ -69,7 +69,8 @@ std::string LossAdvice(const std::map<std::string, std::size_t>& reasons, std::s
   return fmt::format(
       "{} of {} frames without a pose: tracking in their submaps was lost soon, and these submaps "
       "were dropped; "
-      "what helps: slower motion, more light",
+      "what helps: depth that fits the colour images (highwall info tests it), slower motion, more "
+      "light",
       count, lost);
 }
 

@@ -43,6 +43,13 @@ void SlamSystem::Impl::NotifyMoved() const {
   if (callbacks_.on_map) callbacks_.on_map(map_);
 }
 
+void SlamSystem::Impl::CheckLens(bool at_end) {
+  const StageTimer timer(profile_, "lens");
+  auto finding = at_end ? lens_check_.Finish(map_, model_, submap_, last_given_keyframe_)
+                        : lens_check_.Update(map_, model_, submap_, last_given_keyframe_);
+  if (finding) Find(std::move(*finding));
+}
+
 void SlamSystem::Impl::Find(SensorFinding finding) {
   if (verdict_.Add(finding)) new_findings_.push_back(std::move(finding));
 }

@@ -113,6 +113,7 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
     LookForLoop(tracked, result);
     AdjustToFactors(tracked, result);
     if (worker_.IsFree()) depth_pattern_.Begin(map_, model_, submap_, last_given_keyframe_);
+    CheckLens(false);
   }
   Report(tracked, result);
   RefineFrames(result);
@@ -424,6 +425,7 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
   refiner_.FinishAll(map_, Knowledge(), tracked_.mutable_frames());
   Notify(reports);
   if (moved || MoveKeyframes(reports)) NotifyMoved();
+  CheckLens(true);
   NotifyFindings();
   EmitAllKeyframes();
   return reports;

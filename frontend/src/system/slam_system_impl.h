@@ -15,6 +15,7 @@
 #include <highwall/frontend/system/slam_system.h>
 
 #include "calibration/depth_distortion_estimator.h"
+#include "calibration/lens_check.h"
 #include "features/frame_builder.h"
 #include "local/local_mapper.h"
 #include "loops/factor_adjuster.h"
@@ -126,6 +127,8 @@ class SlamSystem::Impl {
   void Notify(const FrameResult& result, const RgbdImage& image, bool moved);
   void Notify(const std::vector<LoopReport>& loops) const;
   void NotifyMoved() const;
+  // Tests the lens by the map if that has grown by enough, or at the end.
+  void CheckLens(bool at_end);
   // Adds a finding to the verdict; the next Notify() reports it.
   void Find(SensorFinding finding);
   void NotifyFindings();
@@ -148,6 +151,7 @@ class SlamSystem::Impl {
   LoopCloser loop_closer_;
   FactorAdjuster factor_adjuster_;
   DepthDistortionEstimator depth_pattern_;
+  LensCheck lens_check_;
   MapWorker worker_;
   PendingFactors pending_;
   Map map_;

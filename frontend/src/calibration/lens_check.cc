@@ -1,0 +1,100 @@
+#include "calibration/lens_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <highwall/internal/number_text.h>
+
+namespace highwall {
+namespace {
+
+constexpr std::size_t kMostTested = 60;  // keyframes, the newest ones
+constexpr double kSignificant = 6.0;     // standard deviations
+// Deviations that count, relative to the focal length. Calibrations of one camera differ by 2 %,
+// and errors of its depth shift the estimate by as much.
+constexpr double kDeviates = 0.05;
+constexpr int kManyKeyframes = 20;    // with fewer, twice as much: they may all look one way
+constexpr double kFarOffLens = 0.15;  // relative: poses are not to be trusted
+
+std::string WithSigma(double value, double sigma) {
+  return FixedText(value, 0) + " +- " + FixedText(std::max(1.0, sigma), 0);
+}
+
+// Returns "a" or "a and b", both with their standard deviations.
+std::string Pair(const Eigen::Vector2d& values, const Eigen::Vector2d& sigmas) {
+  return WithSigma(values.x(), sigmas.x()) + " and " + WithSigma(values.y(), sigmas.y());
+}
+
+std::vector<KeyFrameId> NewestMadeIn(const Map& map, SubmapId submap, KeyFrameId given,
+                                     std::size_t* made) {
+  std::vector<KeyFrameId> ids = map.KeyFramesOf(submap);
+  std::erase_if(ids, [given](KeyFrameId id) { return id <= given; });
+  *made = ids.size();
+  if (ids.size() > kMostTested) ids.erase(ids.begin(), ids.end() - kMostTested);
+  return ids;
+}
+
+std::optional<SensorFinding> TestLens(const Map& map, const MeasurementModel& model,
+                                      const std::vector<KeyFrameId>& keyframes) {
+  const std::optional<LensEstimate> estimate = EstimateLens(map, model, keyframes);
+  return estimate ? CompareLens(model.camera(), *estimate) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<SensorFinding> CompareLens(const PinholeCamera& camera,
+                                         const LensEstimate& estimate) {
+  const Eigen::Vector4d known(camera.fx, camera.fy, camera.cx, camera.cy);
+  const Eigen::Vector4d off = (estimate.intrinsics - known).cwiseAbs();
+  const double tolerance = estimate.keyframes < kManyKeyframes ? 2.0 * kDeviates : kDeviates;
+  double worst = 0.0;  // relative deviation of those that count
+  const auto deviates = [&](int i) {
+    // The larger focal length: a wrong one is too small or too large.
+    const double focal = std::max(known[i % 2], estimate.intrinsics[i % 2]);
+    if (off[i] <= std::max(tolerance * focal, kSignificant * estimate.sigma[i])) return false;
+    worst = std::max(worst, off[i] / focal);
+    return true;
+  };
+  const std::array<bool, 4> wrong{deviates(0), deviates(1), deviates(2), deviates(3)};
+  const bool focal = wrong[0] || wrong[1];
+  if (!focal && !wrong[2] && !wrong[3]) return std::nullopt;
+  std::string text;
+  if (focal) {
+    text = "the focal lengths are likely " +
+           Pair(estimate.intrinsics.head<2>(), estimate.sigma.head<2>()) + " px, not " +
+           RoundedText(camera.fx, 4) + " and " + RoundedText(camera.fy, 4);
+  } else {
+    text = "the principal point is likely at " +
+           Pair(estimate.intrinsics.tail<2>(), estimate.sigma.tail<2>()) + " px, not " +
+           RoundedText(camera.cx, 4) + " and " + RoundedText(camera.cy, 4);
+  }
+  return SensorFinding{SensorFault::kLens,
+                       worst > kFarOffLens ? Trust::kNotTrusted : Trust::kDoubtful, std::move(text),
+                       "set fx, fy, cx and cy to those of the colour camera at this image size; "
+                       "highwall calibrate refines them"};
+}
+
+std::optional<SensorFinding> LensCheck::Update(const Map& map, const MeasurementModel& model,
+                                               SubmapId submap, KeyFrameId given) {
+  std::size_t made = 0;
+  const std::vector<KeyFrameId> ids = NewestMadeIn(map, submap, given, &made);
+  if (made < next_) return std::nullopt;
+  next_ = 2 * made;
+  tested_ = made;
+  return TestLens(map, model, ids);
+}
+
+std::optional<SensorFinding> LensCheck::Finish(const Map& map, const MeasurementModel& model,
+                                               SubmapId submap, KeyFrameId given) {
+  std::size_t made = 0;
+  const std::vector<KeyFrameId> ids = NewestMadeIn(map, submap, given, &made);
+  if (made == tested_) return std::nullopt;
+  tested_ = made;
+  return TestLens(map, model, ids);
+}
+
+}  // namespace highwall

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+
+#include <highwall/frontend/input/sensor_verdict.h>
+#include <highwall/frontend/map/map.h>
+#include <highwall/frontend/map/measurement_model.h>
+
+#include "calibration/lens_estimate.h"
+
+namespace highwall {
+
+// Returns a finding if the lens of the model differs from the estimate significantly and by more
+// than cameras of one type do (docs/misconfiguration.md, Lens).
+std::optional<SensorFinding> CompareLens(const PinholeCamera& camera, const LensEstimate& estimate);
+
+// Tests the lens of a run by the map: EstimateLens() of its newest keyframes each time that it has
+// twice as many as the last time, and at its end. Only reads the map.
+class LensCheck {
+ public:
+  // Call after a new keyframe. given: keyframes up to this one came with the map.
+  std::optional<SensorFinding> Update(const Map& map, const MeasurementModel& model,
+                                      SubmapId submap, KeyFrameId given);
+  // Call at the end; empty if no keyframe was made since the last test.
+  std::optional<SensorFinding> Finish(const Map& map, const MeasurementModel& model,
+                                      SubmapId submap, KeyFrameId given);
+
+ private:
+  std::size_t next_ = 24;   // keyframes at the next test
+  std::size_t tested_ = 0;  // keyframes at the last one
+};
+
+}  // namespace highwall
