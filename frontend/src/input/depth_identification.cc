@@ -131,7 +131,7 @@ bool ShowsSomething(const DepthStatistics& statistics) {
 // less likely than one that has those of the images.
 void AddUnknownSensor(const DepthStatistics& statistics, double known_factor,
                       std::vector<DepthGuess>* guesses) {
-  constexpr double kUnknown = -4.0;
+  constexpr double kUnknown = -4.5;
   const SensorProfile& any = *FindSensorProfile("generic");
   std::vector<double> factors{1000.0, 5000.0};
   if (known_factor > 0.0 && std::ranges::find(factors, known_factor) == factors.end()) {
