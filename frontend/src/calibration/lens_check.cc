@@ -18,7 +18,7 @@ constexpr double kSignificant = 6.0;     // standard deviations
 // and errors of its depth shift the estimate by as much.
 constexpr double kDeviates = 0.05;
 constexpr int kManyKeyframes = 20;    // with fewer, twice as much: they may all look one way
-constexpr double kFarOffLens = 0.15;  // relative: poses are not to be trusted
+constexpr double kFarOffLens = 0.1;  // relative: poses are not to be trusted
 
 std::string WithSigma(double value, double sigma) {
   return FixedText(value, 0) + " +- " + FixedText(std::max(1.0, sigma), 0);
