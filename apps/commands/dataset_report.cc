@@ -12,6 +12,7 @@
 #include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/input/open_dataset.h>
 #include <highwall/frontend/input/repeated_image.h>
+#include <highwall/frontend/input/stamp_check.h>
 #include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/internal/median.h>
 #include <highwall/internal/number_text.h>
@@ -149,6 +150,9 @@ void AddProblems(const TumDataset& dataset, double max_pair_difference, DatasetR
     report->problems.push_back(
         std::to_string(lonely_colour) + " colour and " + std::to_string(lonely_depth) +
         " depth images have no partner within " + Short(1e3 * max_pair_difference) + " ms");
+  }
+  for (const StampFinding& finding : CheckStamps(dataset)) {
+    report->problems.push_back(finding.text + ": " + finding.remedy);
   }
   AddGapProblem("frames", report->frames, report);
   if (report->repeated_colour > 0) {

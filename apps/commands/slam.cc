@@ -30,6 +30,7 @@
 #include "run/loss_advice.h"
 #include "run/opened_dataset.h"
 #include "run/output_checks.h"
+#include "run/recording_examination.h"
 #include "run/run_output.h"
 #include "run/run_report.h"
 #include "run/settings.h"
@@ -262,6 +263,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (arguments.deterministic) cv::setNumThreads(1);  // same result, but single-threaded
   std::vector<std::string> warnings;
   options.imu = ReadImuFeed(arguments, opened, &warnings);
+  options.before = ExamineRecording(dataset, sensor);
   options.gps = ReadGpsFeed(arguments, opened, options.imu.has_value());
   for (const std::string& warning : warnings) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);

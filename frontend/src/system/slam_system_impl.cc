@@ -162,6 +162,7 @@ Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
   const StageTimer timer(profile_, "features", &result.times.features);
   // From here on the image counts; one that was rejected leaves no trace.
   stamps_.Accept(image->stamp);
+  if (!inertial_) clock_.Add(image->stamp);  // the readings of an IMU have the right unit
   if (result.repeated) {
     return {next_index_++, image->stamp, std::make_shared<const FrameFeatures>()};
   }
@@ -295,6 +296,7 @@ bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
   const double since_image = tracked.state == TrackingState::kTracking
                                  ? 0.0
                                  : ToSeconds(tracked.frame.stamp - last_visual_);
+  const double since_keyframe = clock_.Seconds(last_keyframe_stamp_, tracked.frame.stamp);
   return policy_->Wants({.frame = tracked.frame,
                          .state = tracked.state,
                          .T_WC = tracked.T_WC,
@@ -304,7 +306,7 @@ bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
                          .lines = tracked.lines,
                          .num_points = tracked.num_points,
                          .num_lines = tracked.num_lines,
-                         .since_keyframe = ToSeconds(tracked.frame.stamp - last_keyframe_stamp_),
+                         .since_keyframe = since_keyframe,
                          .since_image = since_image,
                          .with_imu = inertial_.has_value()},
                         map_);

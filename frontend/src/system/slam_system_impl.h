@@ -21,6 +21,7 @@
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "sensor/sensor_model.h"
+#include "system/frame_clock.h"
 #include "system/frame_trajectories.h"
 #include "system/keyframe_release.h"
 #include "system/map_worker.h"
@@ -161,6 +162,7 @@ class SlamSystem::Impl {
   std::vector<SensorFinding> new_findings_;  // not reported by on_finding yet
   FrameTrajectories tracked_;
   StampSequence stamps_;
+  FrameClock clock_;
   bool metric_ = false;  // depth was verified to be in metres
   RepeatedImage repeated_;
   std::optional<LossReason> lost_for_;  // of the last frame, if it has no pose

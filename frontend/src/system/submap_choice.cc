@@ -30,9 +30,9 @@ bool SlamSystem::Impl::CanBegin(const TrackedFrame& tracked) const {
     if (!options_.submaps.enabled || options_.localize_only) return false;
     // The timeout of a short-lived submap is no longer than its life.
     const double lived = submap_keyframes_ < kMinSubmapKeyFrames
-                             ? ToSeconds(*posed_ - submap_begin_)
+                             ? clock_.Seconds(submap_begin_, *posed_)
                              : options_.submaps.lost_timeout;
-    const double waited = ToSeconds(tracked.frame.stamp - *posed_);
+    const double waited = clock_.Seconds(*posed_, tracked.frame.stamp);
     if (waited < std::min(options_.submaps.lost_timeout, lived)) return false;
   }
   return policy_->CanStart(*tracked.frame.features);

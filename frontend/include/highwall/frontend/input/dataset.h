@@ -65,6 +65,8 @@ class Dataset {
   virtual std::size_t size() const = 0;
   // index: below size(), as in Load().
   virtual Stamp stamp(std::size_t index) const = 0;
+  // Stamp of the depth image, where it has one of its own; else that of the frame.
+  virtual Stamp depth_stamp(std::size_t index) const { return stamp(index); }
   // T_WC of the reference trajectory, null where the dataset has none.
   virtual const Trajectory* groundtruth() const = 0;
   // Stamps of the colour images that belong to no frame for lack of a depth image in time, in

@@ -57,6 +57,9 @@ class TumDataset final : public Dataset {
 
   std::size_t size() const override { return frames_.size(); }
   Stamp stamp(std::size_t index) const override { return colour_[frames_.at(index).first].stamp; }
+  Stamp depth_stamp(std::size_t index) const override {
+    return depth_[frames_.at(index).second].stamp;
+  }
   const Trajectory* groundtruth() const override { return groundtruth_ ? &*groundtruth_ : nullptr; }
 
   std::vector<Stamp> stamps_without_depth() const override;

@@ -22,7 +22,8 @@ struct KeyFrameCandidate {
   std::span<const PointId> points{};  // per point feature of the frame, kNoId where unmatched
   std::span<const LineId> lines{};    // per line feature
   int num_points = 0, num_lines = 0;  // matched
-  double since_keyframe = 0.0;        // [s] from the last keyframe
+  // [s] from the last keyframe; where frames are a second or more apart, as if they came at 30 Hz
+  double since_keyframe = 0.0;
   double since_image = 0.0;  // [s] from the last frame with a pose from its image; 0: this one
   bool with_imu = false;
 };
