@@ -7,22 +7,38 @@
 
 namespace highwall::apps {
 
-std::optional<ImuInput> LoadImu(const Dataset& dataset,
-                                const std::optional<ImuCalibration>& calibration) {
-  const std::optional<std::filesystem::path> file = dataset.imu_file();
-  if (!file || dataset.size() == 0) return std::nullopt;
+namespace {
+
+// Returns the span of the images in the clock of the IMU.
+VideoSpan InClockOf(const ImuCalibration& calibration, const VideoSpan& images) {
+  const Stamp offset = FromSeconds(calibration.time_offset);
+  return {images.begin + offset, images.end + offset};
+}
+
+}  // namespace
+
+ImuInput CheckReadings(std::span<const ImuSample> readings, const ImuCalibration& calibration,
+                       const VideoSpan& images) {
   ImuInput input;
-  input.file = *file;
-  input.calibration = calibration.value_or(ImuCalibration{});
-  const Stamp offset = FromSeconds(input.calibration.time_offset);
-  const VideoSpan video{dataset.stamp(0) + offset, dataset.stamp(dataset.size() - 1) + offset};
-  const ImuRecording recording = ReadImu(*file, video);
-  input.findings = CheckImu(recording.samples, video);
-  input.samples = RepairImu(recording.samples, input.findings);
+  input.calibration = calibration;
+  input.findings = CheckImu(readings, InClockOf(calibration, images));
+  input.samples = RepairImu(readings, input.findings);
   if (input.IsUsable()) {
     std::ranges::copy(DropExceededRanges(input.samples, &input.calibration),
                       std::back_inserter(input.findings));
   }
+  return input;
+}
+
+std::optional<ImuInput> LoadImu(const Dataset& dataset,
+                                const std::optional<ImuCalibration>& calibration) {
+  const std::optional<std::filesystem::path> file = dataset.imu_file();
+  if (!file || dataset.size() == 0) return std::nullopt;
+  const ImuCalibration stated = calibration.value_or(ImuCalibration{});
+  const VideoSpan images{dataset.stamp(0), dataset.stamp(dataset.size() - 1)};
+  const ImuRecording recording = ReadImu(*file, InClockOf(stated, images));
+  ImuInput input = CheckReadings(recording.samples, stated, images);
+  input.file = *file;
 
   if (!recording.warning.empty()) input.warnings.push_back(recording.warning);
   for (const ImuFinding& finding : input.findings) {

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,11 @@ struct ImuInput {
   // If false, the run continues with RGB-D only; the warnings give the reason.
   bool IsUsable() const { return !HasFatal(findings); }
 };
+
+// Checks readings and repairs them, as LoadImu() does for those of a file. images: the stamps of
+// the first and the last, in the clock of the camera.
+ImuInput CheckReadings(std::span<const ImuSample> readings, const ImuCalibration& calibration,
+                       const VideoSpan& images);
 
 // Reads and checks the IMU of a dataset; empty if it has none. calibration: from the configuration;
 // without one, the axes of the camera are assumed to be those of the IMU, with a warning. Throws

@@ -15,6 +15,7 @@ extern const char* const kBenchImu;
 extern const char* const kBenchInertial;
 extern const char* const kBenchLines;
 extern const char* const kBenchLoops;
+extern const char* const kBenchMisuse;
 extern const char* const kBenchOctomap;
 extern const char* const kBenchPoints;
 extern const char* const kBenchRelocation;
