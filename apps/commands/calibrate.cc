@@ -26,7 +26,9 @@
 #include "run/imu_input.h"
 #include "run/opened_dataset.h"
 #include "run/output_checks.h"
+#include "run/recording_identity.h"
 #include "run/run_dataset.h"
+#include "run/run_output.h"
 
 namespace highwall::apps {
 namespace {
@@ -44,8 +46,9 @@ struct CalibrateArguments {
 
 struct Recording {
   std::filesystem::path dataset;
-  std::string config;      // as given to --config
-  std::string trajectory;  // empty: to be estimated
+  std::string config;           // as given to --config
+  std::string trajectory;       // empty: to be estimated
+  std::filesystem::path run{};  // that named it; empty: none
 };
 
 // Resolves the input: a run, which names its dataset and configuration, or a dataset.
@@ -73,10 +76,11 @@ Recording Find(const CalibrateArguments& arguments) {
                             " without its folder, which may be " + datasets[0].string() + " or " +
                             datasets[1].string() + ": give the dataset and --trajectory");
   }
-  Recording recording{datasets.front(), arguments.config, arguments.trajectory};
+  Recording recording{datasets.front(), arguments.config, arguments.trajectory, arguments.input};
   if (recording.config.empty()) recording.config = CalibrationOfRun(arguments.input, report);
   if (recording.trajectory.empty()) {
-    recording.trajectory = (arguments.input / "trajectory.txt").string();
+    recording.trajectory =
+        (arguments.input / NameOfSubmap(kTrajectoryFile, FirstPlace(report))).string();
   }
   return recording;
 }
@@ -195,6 +199,9 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   const Recording recording = Find(arguments);
   const OpenedDataset opened =
       OpenWithConfig(recording.config, recording.dataset, arguments.max_pair_difference);
+  if (!recording.run.empty()) {
+    RequireRecordingOfRun(recording.dataset, *opened.images, recording.run);
+  }
   const std::optional<ImuInput> imu = OpenImu(recording, opened);
   RunConfig config = opened.config;
   const ImageCalibrationOptions wanted{.intrinsics = arguments.intrinsics,

@@ -39,6 +39,7 @@
 #include "run/opened_dataset.h"
 #include "run/output_checks.h"
 #include "run/posed_frames.h"
+#include "run/recording_identity.h"
 #include "run/run_output.h"
 
 namespace highwall::apps {
@@ -223,6 +224,17 @@ void RequireMapsFolder(const MapArguments& arguments) {
                    arguments.overwrite || in_place);
 }
 
+// The poses of a run are those of its own recording. One that the user names is believed.
+void CheckRecording(const MapArguments& arguments, const MapSource& source,
+                    const Dataset& dataset) {
+  if (source.run.empty()) return;
+  if (arguments.dataset.empty()) return RequireRecordingOfRun(source.dataset, dataset, source.run);
+  const std::string difference = DifferenceFromRun(dataset, ReadJson(source.run / kReportFile));
+  if (difference.empty()) return;
+  PrintWarning("map", source.dataset.string() + " is another recording than that of the run: it " +
+                          difference);
+}
+
 int RunMap(const MapArguments& arguments) {
   const MapSource source = ResolveSource(arguments.source, arguments.dataset, arguments.trajectory);
   RequireMapsFolder(arguments);
@@ -232,6 +244,7 @@ int RunMap(const MapArguments& arguments) {
                      arguments.max_pair_difference.value_or(source.max_pair_difference));
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
+  CheckRecording(arguments, source, dataset);
   for (const std::string& warning : dataset.warnings()) {
     fmt::print(stderr, "highwall map: warning: {}\n", warning);
   }

@@ -26,6 +26,7 @@
 #include "files/trajectory_input.h"
 #include "run/opened_dataset.h"
 #include "run/posed_frames.h"
+#include "run/recording_identity.h"
 
 namespace highwall::apps {
 namespace {
@@ -106,6 +107,7 @@ void KeepSeen(const CompareArguments& arguments, ReferenceSurface& reference) {
                      source.max_pair_difference);
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
+  if (!source.run.empty()) RequireRecordingOfRun(source.dataset, dataset, source.run);
   std::vector<char> seen(reference.samples().size(), 0);
   const Trajectory trajectory = ReadStampedPoses("map compare", source.trajectory);
   for (const PosedFrame& frame : PosedFrames(dataset, trajectory, arguments.every)) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <fmt/core.h>
+#include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
 
@@ -15,7 +16,10 @@
 #include "cli/option_checks.h"
 #include "files/trajectory_input.h"
 #include "report/html_report.h"
+#include "run/finished_run.h"
 #include "run/output_checks.h"
+#include "run/recording_identity.h"
+#include "run/run_dataset.h"
 #include "run/run_output.h"
 
 namespace highwall::apps {
@@ -25,6 +29,20 @@ struct ReportArguments {
   std::vector<std::filesystem::path> runs;
   std::filesystem::path out, truth;
 };
+
+// The page has no errors of a run whose dataset is another recording by now.
+void WarnOfOtherRecordings(const ReportArguments& arguments) {
+  for (const std::filesystem::path& run : arguments.runs) {
+    const nlohmann::json report = ReadReport(run);
+    const std::vector<std::filesystem::path> datasets = DatasetsOfRun(run, report);
+    if (datasets.size() != 1) continue;
+    const std::string difference = DifferenceFromRun(datasets.front(), report);
+    if (difference.empty()) continue;
+    PrintWarning("report", datasets.front().string() + " is another recording than that of " +
+                               run.string() + ": it " + difference +
+                               "; its ground truth is not used");
+  }
+}
 
 int RunReport(const ReportArguments& arguments) {
   const std::filesystem::path out =
@@ -36,6 +54,7 @@ int RunReport(const ReportArguments& arguments) {
     // The page reads the file itself; this call only prints the assumptions.
     ReadStampedPoses("report", arguments.truth);
   }
+  if (arguments.truth.empty()) WarnOfOtherRecordings(arguments);
   WriteHtmlReport(out, arguments.runs, options);
   fmt::print("report      {} ({:.1f} MB)\n", out.string(),
              static_cast<double>(std::filesystem::file_size(out)) / 1e6);

@@ -31,6 +31,7 @@
 #include "run/opened_dataset.h"
 #include "run/output_checks.h"
 #include "run/recording_examination.h"
+#include "run/recording_identity.h"
 #include "run/run_output.h"
 #include "run/run_report.h"
 #include "run/settings.h"
@@ -117,12 +118,18 @@ void PrintMapping(const SlamRun& run) {
 }
 
 void PrintSubmaps(const SlamRun& run) {
+  if (!run.map_met) {
+    fmt::print("map         never recognized: its world has no pose, {} is in another\n",
+               NameOfSubmap(kTrajectoryFile, FirstPlace(run)));
+  }
   if (run.loops.merges > 0) fmt::print("merges      {} of submaps\n", run.loops.merges);
   if (run.others.empty()) return;
-  std::string parts = fmt::format("{} frames in trajectory.txt", run.largest.trajectory.size());
+  const std::size_t first = FirstPlace(run);
+  std::string parts = fmt::format("{} frames in {}", run.largest.trajectory.size(),
+                                  NameOfSubmap(kTrajectoryFile, first));
   for (std::size_t i = 0; i < run.others.size(); ++i) {
     parts += fmt::format(", {} in {}", run.others[i].trajectory.size(),
-                         NameOfSubmap("trajectory.txt", i + 1));
+                         NameOfSubmap(kTrajectoryFile, first + i + 1));
   }
   fmt::print("submaps     {} that were not joined: {}\n", run.others.size() + 1, parts);
 }
@@ -166,8 +173,10 @@ void PrintSummary(const SlamRun& run, const SlamArguments& arguments, bool has_t
   fmt::print("memory      {:.0f} MiB at its peak\n", memory);
   const auto truth = std::filesystem::path(arguments.dataset) / "groundtruth.txt";
   if (has_truth && std::filesystem::exists(truth)) {
-    fmt::print("error       highwall eval ape {} {}\n", truth.string(),
-               (std::filesystem::path(arguments.out) / "trajectory.txt").string());
+    fmt::print(
+        "error       highwall eval ape {} {}\n", truth.string(),
+        (std::filesystem::path(arguments.out) / NameOfSubmap(kTrajectoryFile, FirstPlace(run)))
+            .string());
   }
   fmt::print("results in  {}\n", arguments.out);
   fmt::print("verdict     {}\n", run.verdict.Summary());
@@ -321,6 +330,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
                       (advice.empty() ? "" : "; " + advice));
   }
   nlohmann::json report = RunJson(run, options, arguments.dataset, opened.origin);
+  report["recording"] = ToJson(IdentityOf(dataset));
   report["max_pair_difference_s"] = arguments.max_pair_difference;
   report["depth_noise"] = ToJson(sensor.depth_noise);
   report["settings"] = ChangedSettings(options.slam);

@@ -110,12 +110,14 @@ nlohmann::json OctreeJson(const OctomapBuilder& octree, std::size_t limit) {
           {"cells", Base64Of(flat)}};
 }
 
-nlohmann::json SceneJson(const std::filesystem::path& folder, const SceneLimits& limits) {
+nlohmann::json SceneJson(const std::filesystem::path& folder, std::size_t place,
+                         const SceneLimits& limits) {
+  const auto at = [&](const char* name) { return folder / NameOfSubmap(name, place); };
   nlohmann::json scene = nlohmann::json::object();
-  if (const auto path = folder / kCloudFile; std::filesystem::exists(path)) {
+  if (const auto path = at(kCloudFile); std::filesystem::exists(path)) {
     scene["cloud"] = CloudJson(ReadPly(path), limits.points);
   }
-  if (const auto path = folder / kOctreeFile; std::filesystem::exists(path)) {
+  if (const auto path = at(kOctreeFile); std::filesystem::exists(path)) {
     scene["octree"] = OctreeJson(OctomapBuilder::Read(path), limits.voxels);
   }
   return scene;

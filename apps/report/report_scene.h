@@ -33,6 +33,7 @@ nlohmann::json OctreeJson(const OctomapBuilder& octree, std::size_t limit);
 
 // Returns "cloud" and "octree" of the largest map of a run if its folder contains them; an empty
 // object otherwise. Throws IoError for a damaged file.
-nlohmann::json SceneJson(const std::filesystem::path& folder, const SceneLimits& limits);
+nlohmann::json SceneJson(const std::filesystem::path& folder, std::size_t place,
+                         const SceneLimits& limits);
 
 }  // namespace highwall::apps

@@ -20,6 +20,7 @@
 #include "report/report_number.h"
 #include "report/report_words.h"
 #include "run/finished_run.h"
+#include "run/recording_identity.h"
 #include "run/run_dataset.h"
 #include "run/run_output.h"
 
@@ -117,9 +118,10 @@ json SpansOf(const Trajectory& trajectory, Stamp start) {
 json MapsOf(const json& run, const std::vector<Trajectory>& trajectories, Stamp start) {
   json maps = json::array();
   const json submaps = run.value("submaps", json::array());
+  const std::size_t first = FirstPlace(run);
   for (std::size_t i = 0; i < trajectories.size(); ++i) {
     const json submap = i < submaps.size() ? submaps[i] : json::object();
-    maps.push_back({{"name", NameOfSubmap(kTrajectoryFile, i)},
+    maps.push_back({{"name", NameOfSubmap(kTrajectoryFile, first + i)},
                     {"frames", trajectories[i].size()},
                     {"keyframes", submap.value("keyframes", json())},
                     {"spans", SpansOf(trajectories[i], start)}});
@@ -127,10 +129,11 @@ json MapsOf(const json& run, const std::vector<Trajectory>& trajectories, Stamp 
   return maps;
 }
 
-json PicturesOf(const fs::path& folder) {
+// place: of the largest map.
+json PicturesOf(const fs::path& folder, std::size_t place) {
   json pictures = json::array();
   for (const Picture& picture : kPictures) {
-    const fs::path path = folder / picture.file;
+    const fs::path path = folder / NameOfSubmap(picture.file, place);
     if (!fs::exists(path)) continue;
     const cv::Mat image = cv::imread(path.string());
     if (image.empty()) throw IoError(path, "is damaged: it cannot be read as an image");
@@ -152,6 +155,8 @@ std::optional<Trajectory> TruthOf(const fs::path& folder, const json& run,
   if (datasets.size() != 1) return std::nullopt;
   const fs::path beside = datasets.front() / "groundtruth.txt";
   if (!fs::exists(beside)) return std::nullopt;
+  // That of another recording would be compared with poses that it knows nothing of.
+  if (!DifferenceFromRun(datasets.front(), run).empty()) return std::nullopt;
   try {
     return ReadTrajectoryFile(beside).poses;
   } catch (const IoError&) {  // the run has warned about it already, and the page does not need it
@@ -190,8 +195,11 @@ json GraphOf(const fs::path& folder, const Trajectory& trajectory) {
 std::vector<Trajectory> TrajectoriesOf(const fs::path& folder, const json& run) {
   std::vector<Trajectory> trajectories;
   const std::size_t maps = std::max<std::size_t>(1, run.value("submaps", json::array()).size());
-  for (std::size_t i = 0; i < maps; ++i) trajectories.push_back(TrajectoryOf(folder, i));
-  if (trajectories.front().empty()) throw IoError(folder / kTrajectoryFile, "holds no pose");
+  const std::size_t first = FirstPlace(run);
+  for (std::size_t i = 0; i < maps; ++i) trajectories.push_back(TrajectoryOf(folder, first + i));
+  if (trajectories.front().empty()) {
+    throw IoError(folder / NameOfSubmap(kTrajectoryFile, first), "holds no pose");
+  }
   return trajectories;
 }
 
@@ -212,8 +220,8 @@ json Assemble(const fs::path& folder, const json& run, const RunDataOptions& opt
                {"graph", GraphOf(folder, largest)},
                {"loops", LoopsJson(largest, start,
                                    run.value(json::json_pointer("/loops/events"), json::array()))},
-               {"scene", SceneJson(folder, options.scene)},
-               {"pictures", PicturesOf(folder)}};
+               {"scene", SceneJson(folder, FirstPlace(run), options.scene)},
+               {"pictures", PicturesOf(folder, FirstPlace(run))}};
   data["words"] = SummaryInWords(run, data["errors"]);
   data["frames"] =
       run.contains("per_frame")

@@ -65,7 +65,8 @@ Session ReadSession(const fs::path& folder, const nlohmann::json& report, const 
   Session session;
   session.name = folder.string();
   const std::size_t worlds = report.value("submaps", nlohmann::json::array()).size();
-  for (std::size_t i = 0; i < std::max<std::size_t>(worlds, 1); ++i) {
+  const std::size_t first = FirstPlace(report);
+  for (std::size_t i = first; i < first + std::max<std::size_t>(worlds, 1); ++i) {
     // The map reflects the final adjustment, if there was one.
     const fs::path adjusted = folder / NameOfSubmap(kAdjustedFile, i);
     const fs::path plain = folder / NameOfSubmap(kTrajectoryFile, i);

@@ -61,9 +61,16 @@ std::optional<Pose> PoseAt(const Trajectory& trajectory, Stamp stamp) {
   return std::nullopt;
 }
 
+// Returns the poses of the frames of a run as they were tracked, which a killed run leaves; those
+// of a run that has not recognized its loaded map have a name of their own.
+std::filesystem::path CausalPoses(const std::filesystem::path& source) {
+  const std::filesystem::path own = source / NameOfSubmap(kCausalFile, 1);
+  return std::filesystem::exists(own) ? own : source / kCausalFile;
+}
+
 // A killed run leaves the poses of its frames, but not the name of its dataset.
 bool IsUnfinished(const std::filesystem::path& source) {
-  return std::filesystem::exists(source / kCausalFile) &&
+  return std::filesystem::exists(CausalPoses(source)) &&
          !std::filesystem::exists(source / kReportFile) &&
          !std::filesystem::exists(source / "rgb.txt");
 }
@@ -75,7 +82,7 @@ bool IsUnfinished(const std::filesystem::path& source) {
                 "is a run that did not end (it has no run.json). Its frames until then: "
                 "highwall map " +
                     source.string() + " --dataset " + (dataset.empty() ? "DATASET" : dataset) +
-                    " --trajectory " + (source / kCausalFile).string() + " --out FOLDER");
+                    " --trajectory " + CausalPoses(source).string() + " --out FOLDER");
 }
 
 }  // namespace
@@ -99,7 +106,7 @@ MapSource ResolveSource(const std::filesystem::path& source, const std::string& 
     resolved.run = source;
     resolved.config = CalibrationOfRun(source, report);
     resolved.max_pair_difference = MaxPairDifferenceOfRun(report);
-    resolved.trajectory = source / "keyframes.txt";
+    resolved.trajectory = source / NameOfSubmap(kKeyframesFile, FirstPlace(report));
     resolved.keyframes = true;
     resolved.level = false;
   } else {

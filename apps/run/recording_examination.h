@@ -2,7 +2,7 @@
 
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/sensor.h>
-#include <highwall/frontend/sensor/sensor_verdict.h>
+#include <highwall/frontend/input/sensor_verdict.h>
 
 namespace highwall::apps {
 

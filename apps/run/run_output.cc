@@ -133,6 +133,15 @@ std::string NameOfSubmap(const std::string& name, std::size_t place) {
   return path.stem().string() + "_" + std::to_string(place + 1) + path.extension().string();
 }
 
+std::size_t FirstPlace(const SlamRun& run) {
+  return run.map_met ? 0 : 1;
+}
+
+std::size_t FirstPlace(const nlohmann::json& report) {
+  const auto met = report.is_object() ? report.find("loaded_map_met") : report.end();
+  return met != report.end() && *met == false ? 1 : 0;
+}
+
 std::string TrajectoryOfRun(std::size_t run) {
   return kOfRun + std::to_string(run + 1) + ".txt";
 }
@@ -162,9 +171,13 @@ void RunOutput::Begin() {
   begun_ = true;
 }
 
+std::filesystem::path RunOutput::PathAt(const char* name, std::size_t place) const {
+  return directory_ / NameOfSubmap(name, place);
+}
+
 void RunOutput::OpenLog(const char* name, std::optional<TrajectoryLog>& log) const {
   try {
-    log.emplace(directory_ / name);
+    log.emplace(PathAt(name, logged_place_));
   } catch (const IoError&) {
     log.reset();
   }
@@ -173,6 +186,7 @@ void RunOutput::OpenLog(const char* name, std::optional<TrajectoryLog>& log) con
 void RunOutput::Follow(const FrameResult& result) {
   if (!HasPose(result.state)) return;
   if (!begun_) {
+    logged_place_ = !loaded_map_.empty() && result.begins_submap ? 1 : 0;
     Begin();
     logged_ = result.submap;
   }
@@ -192,25 +206,31 @@ void RunOutput::Attempt(const std::function<void()>& write) {
 
 void RunOutput::WriteTrajectories(const SlamRun& run) {
   keyframes_.reset();
-  const bool logged = causal_ && run.largest.submap == logged_;
+  const std::size_t first = FirstPlace(run);
+  const bool logged = causal_ && run.largest.submap == logged_ && logged_place_ == first;
   causal_.reset();
   const auto write = [&](const char* name, std::size_t place, const Trajectory& trajectory) {
-    Attempt([&] { WriteTumTrajectory(directory_ / NameOfSubmap(name, place), trajectory); });
+    Attempt([&] { WriteTumTrajectory(PathAt(name, place), trajectory); });
   };
-  write(kTrajectoryFile, 0, run.largest.trajectory);
-  write(kKeyframesFile, 0, run.keyframes);
+  if (!logged) {
+    for (const char* name : {kCausalFile, kKeyframesFile}) {
+      Attempt([&] { RemoveStale(PathAt(name, logged_place_)); });
+    }
+  }
+  write(kTrajectoryFile, first, run.largest.trajectory);
+  write(kKeyframesFile, first, run.keyframes);
   // The log already has this content, and a full disk may have no room for a second copy.
-  if (!logged) write(kCausalFile, 0, run.largest.causal);
+  if (!logged) write(kCausalFile, first, run.largest.causal);
   for (std::size_t i = 0; i < run.others.size(); ++i) {
-    write(kTrajectoryFile, i + 1, run.others[i].trajectory);
-    write(kCausalFile, i + 1, run.others[i].causal);
+    write(kTrajectoryFile, first + i + 1, run.others[i].trajectory);
+    write(kCausalFile, first + i + 1, run.others[i].causal);
   }
 }
 
 void RunOutput::WriteDense(const SubmapRun& submap, std::size_t place) {
   if (!submap.dense) return;
   const DenseMap& dense = *submap.dense;
-  const auto path = [&](const char* name) { return directory_ / NameOfSubmap(name, place); };
+  const auto path = [&](const char* name) { return PathAt(name, place); };
   Attempt([&] { dense.octree.WriteBinary(path(kOctreeFile)); });
   if (dense.grid.width > 0) Attempt([&] { WriteOccupancyGrid(path(kGrid), dense.grid); });
   Attempt([&] { WritePly(path(kCloudFile), dense.cloud); });
@@ -221,32 +241,33 @@ void RunOutput::WriteDense(const SubmapRun& submap, std::size_t place) {
 
 nlohmann::json RunOutput::WriteRest(const SlamRun& run, const nlohmann::json& run_json) {
   failures_.insert(failures_.begin(), run.failures.begin(), run.failures.end());
+  const std::size_t first = FirstPlace(run);
   if (!run.largest.adjusted.empty()) {
-    Attempt([&] { WriteTumTrajectory(directory_ / kAdjustedFile, run.largest.adjusted); });
-    Attempt([&] { WriteTumTrajectory(directory_ / kKeyframesFile, run.keyframes); });
+    Attempt([&] { WriteTumTrajectory(PathAt(kAdjustedFile, first), run.largest.adjusted); });
+    Attempt([&] { WriteTumTrajectory(PathAt(kKeyframesFile, first), run.keyframes); });
   }
   for (std::size_t i = 0; i < run.others.size(); ++i) {
     const Trajectory& adjusted = run.others[i].adjusted;
     if (adjusted.empty()) continue;
-    Attempt([&] { WriteTumTrajectory(directory_ / NameOfSubmap(kAdjustedFile, i + 1), adjusted); });
+    Attempt([&] { WriteTumTrajectory(PathAt(kAdjustedFile, first + i + 1), adjusted); });
   }
   ReturnFreeMemory();
-  WriteDense(run.largest, 0);
-  for (std::size_t i = 0; i < run.others.size(); ++i) WriteDense(run.others[i], i + 1);
+  WriteDense(run.largest, first);
+  for (std::size_t i = 0; i < run.others.size(); ++i) WriteDense(run.others[i], first + i + 1);
   const std::optional<DenseMap>& dense = run.largest.dense;
   Attempt([&] {
     const Eigen::Quaterniond R_GW = dense ? dense->R_GW : Eigen::Quaterniond::Identity();
     const cv::Mat sparse = DrawSparseMap(run.sparse, R_GW, 1200);
-    if (!sparse.empty()) WritePng(directory_ / kSparseMapFile, sparse);
+    if (!sparse.empty()) WritePng(PathAt(kSparseMapFile, first), sparse);
   });
   if (run.inertial && !run.inertial->intervals.empty()) {
     Attempt([&] { WriteImuPlot(directory_ / kImuPlot, *run.inertial); });
   }
   nlohmann::json json = run_json;
-  if (dense) json["map"] = DenseJson(*dense, directory_, 0);
+  if (dense) json["map"] = DenseJson(*dense, directory_, first);
   for (std::size_t i = 0; i < run.others.size(); ++i) {
     const std::optional<DenseMap>& other = run.others[i].dense;
-    if (other) json["submaps"][i + 1]["map"] = DenseJson(*other, directory_, i + 1);
+    if (other) json["submaps"][i + 1]["map"] = DenseJson(*other, directory_, first + i + 1);
   }
   json["complete"] = failures_.empty();
   if (!failures_.empty()) json["failures"] = failures_;

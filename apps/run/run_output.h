@@ -15,9 +15,15 @@
 
 namespace highwall::apps {
 
-// Returns trajectory.txt, trajectory_2.txt ...: the file of the largest submap (place 0) and of the
-// others in their order.
+// Returns trajectory.txt, trajectory_2.txt ...: the file of the submap at a place. Places are the
+// order of the submaps, the largest first, from FirstPlace() on.
 std::string NameOfSubmap(const std::string& name, std::size_t place);
+
+// Returns the place of the first submap of a run: 1 if a map was loaded and never recognized, since
+// the files of place 0 are in the world of the loaded map; otherwise 0.
+std::size_t FirstPlace(const SlamRun& run);
+// Returns the same from run.json.
+std::size_t FirstPlace(const nlohmann::json& report);
 
 // Files in the folder of a single or merged run.
 inline constexpr const char* kReportFile = "run.json";
@@ -56,8 +62,8 @@ class RunOutput {
                      std::filesystem::path loaded_map = {});
 
   // Appends to trajectory_causal.txt and keyframes.txt if the frame is in the world of the first
-  // pose. Throws IoError if a folder cannot be created, or if the results of an earlier run cannot
-  // be removed.
+  // pose; if that is not the loaded one, to those of the second place. Throws IoError if a folder
+  // cannot be created, or if the results of an earlier run cannot be removed.
   void Follow(const FrameResult& result);
   // Call after the last frame: writes trajectory.txt, the final keyframes.txt, and
   // trajectory_causal.txt of the largest submap; those of the others are numbered from
@@ -75,6 +81,7 @@ class RunOutput {
  private:
   void Begin();
   void OpenLog(const char* name, std::optional<TrajectoryLog>& log) const;
+  std::filesystem::path PathAt(const char* name, std::size_t place) const;
   // Continues if the file system fails.
   void Attempt(const std::function<void()>& write);
   void WriteDense(const SubmapRun& submap, std::size_t place);
@@ -83,6 +90,7 @@ class RunOutput {
   bool begun_ = false;
   std::optional<TrajectoryLog> causal_, keyframes_;  // empty: not open, or could not be written
   SubmapId logged_ = kNoId;                          // submap whose frames they contain
+  std::size_t logged_place_ = 0;                     // in their names
   std::vector<std::string> failures_;
 };
 

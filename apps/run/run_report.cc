@@ -216,14 +216,14 @@ nlohmann::json VersionsJson() {
 
 nlohmann::json SubmapsJson(const SlamRun& run) {
   nlohmann::json all = nlohmann::json::array();
-  const auto add = [&all](const SubmapRun& submap) {
+  const auto add = [&all, &run](const SubmapRun& submap) {
     if (submap.trajectory.empty()) return;
     all.push_back({{"id", submap.submap.value()},
                    {"frames", submap.trajectory.size()},
                    {"keyframes", submap.keyframes},
                    {"first", FormatStamp(submap.trajectory.front().stamp)},
                    {"last", FormatStamp(submap.trajectory.back().stamp)},
-                   {"trajectory", NameOfSubmap("trajectory.txt", all.size())}});
+                   {"trajectory", NameOfSubmap(kTrajectoryFile, FirstPlace(run) + all.size())}});
   };
   add(run.largest);
   for (const SubmapRun& submap : run.others) add(submap);
@@ -332,6 +332,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"seconds", run.seconds},
       {"processor_seconds", ToJson(run.processor)},
       {"processor_ms_per_frame", ProcessorMsPerFrame(run)}};
+  if (!options.load_map.empty()) json["loaded_map_met"] = run.map_met;
   if (run.inertial) json["imu"] = ToJson(*run.inertial);
   if (run.gps) json["gps"] = ToJson(*run.gps);
   return json;

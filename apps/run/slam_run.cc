@@ -291,6 +291,39 @@ std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
   return scale && scale->sigma <= kMaxScaleSigma ? scale : std::nullopt;
 }
 
+// The keyframes of the loaded map.
+class LoadedMap {
+ public:
+  explicit LoadedMap(const Map& map) : keyframes_(map.keyframe_ids()) {}
+
+  // Returns whether a world of `map`, which has grown from it, holds any of them.
+  bool IsIn(SubmapId world, const Map& map) const {
+    return std::ranges::any_of(keyframes_, [&](KeyFrameId id) { return map.RootOf(id) == world; });
+  }
+  // Returns the submaps with the worlds of the loaded map first, each kind in its order.
+  std::vector<SubmapTrajectory> First(std::vector<SubmapTrajectory> submaps, const Map& map) const {
+    const auto is_loaded = [&](const SubmapTrajectory& submap) { return IsIn(submap.submap, map); };
+    std::stable_partition(submaps.begin(), submaps.end(), is_loaded);
+    return submaps;
+  }
+  // Returns whether a run of this largest world has met the map; true if there was none.
+  bool IsMet(SubmapId largest, const Map& map) const {
+    return keyframes_.empty() || IsIn(largest, map);
+  }
+  // Returns the keyframes of a world that are not among them.
+  Trajectory NewKeyFrames(SubmapId world, const Map& map) const {
+    Trajectory trajectory;
+    for (const KeyFrameId id : map.KeyFramesOf(world)) {
+      if (!keyframes_.empty() && id <= keyframes_.back()) continue;
+      trajectory.push_back({map.keyframe(id)->frame.stamp, map.keyframe(id)->T_WC});
+    }
+    return trajectory;
+  }
+
+ private:
+  std::vector<KeyFrameId> keyframes_;  // ascending
+};
+
 // Accumulates the results of the frames of a run.
 class RunTally {
  public:
@@ -319,7 +352,7 @@ class RunTally {
     run_.keyframe_stamps[result.mapping->keyframe] = result.stamp;
   }
 
-  // Call once, last. submaps: final ones.
+  // Call once, last. submaps: final ones, those with the loaded map first.
   SlamRun Take(std::vector<SubmapTrajectory> submaps) {
     SlamRun run = std::move(run_);
     if (tracked_ > 0) {
@@ -360,9 +393,15 @@ class RunTally {
   InertialTally inertial_;
 };
 
+// Returns the keyframes that the run has made in its largest world.
+Trajectory KeyFramesOf(const SlamRun& run, const LoadedMap& loaded, const Map& map) {
+  if (run.largest.submap == kNoId) return {};
+  return loaded.NewKeyFrames(run.largest.submap, map);
+}
+
 // Finalizes the map after tracking.
-void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSystem& slam,
-               SlamRun* run) {
+void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, const LoadedMap& loaded,
+               SlamSystem& slam, SlamRun* run) {
   run->refined = slam.refined_frames();
   run->sensor = slam.sensor();
   run->levels = slam.map().feature_type().pyramid.levels;
@@ -376,7 +415,7 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
   if (options.adjust_all && slam.map().num_keyframes() > 1) {
     attempt("adjustment of everything", [&] {
       slam.AdjustAll();
-      std::vector<SubmapTrajectory> submaps = slam.submaps();
+      std::vector<SubmapTrajectory> submaps = loaded.First(slam.submaps(), slam.map());
       run->largest.adjusted = std::move(submaps.front().frames);
       for (std::size_t i = 1; i < submaps.size(); ++i) {
         run->others[i - 1].adjusted = std::move(submaps[i].frames);
@@ -395,8 +434,8 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, SlamSyst
     if (path.empty() || run->largest.trajectory.empty()) continue;
     attempt("saved map", [&] { SaveMap(path, sensor.camera, slam.map()); });
   }
-  run->keyframes = slam.keyframe_trajectory();
   const SubmapId drawn = run->largest.submap != kNoId ? run->largest.submap : kFirstSubmap;
+  run->keyframes = KeyFramesOf(*run, loaded, slam.map());
   run->sparse =
       SurveyMap(slam.map(), drawn,
                 run->largest.adjusted.empty() ? run->largest.trajectory : run->largest.adjusted,
@@ -424,6 +463,11 @@ SensorVerdict VerdictOf(const SlamRun& run, const SlamRunOptions& options,
                         const SensorVerdict& tracked) {
   SensorVerdict verdict = options.before;
   for (const SensorFinding& finding : tracked.findings) verdict.Add(finding);
+  if (!run.map_met && !run.largest.trajectory.empty()) {
+    verdict.Add({SensorFault::kMapNotMet, Trust::kDoubtful,
+                 "the loaded map was never recognized: the poses are in a world of their own",
+                 "give the map of this place, or leave --load-map out"});
+  }
   const auto& dense = run.largest.dense;
   if (dense && dense->cloud.size() == 0 && run.keyframes.size() > 1) {
     verdict.Add({SensorFault::kEmptyMap, Trust::kDoubtful,
@@ -492,6 +536,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   RunProfile profile(!options.trace.empty());
   const ProfiledThread caller({"tracking", &profile});
   SlamSystem slam = MakeSystem(sensor, options, &profile);
+  const LoadedMap loaded(slam.map());
   ImuReplay imu(options.imu);
   GpsReplay gps(options.gps, slam);
   DenseStage mapping(slam, dataset, sensor, options, &profile);
@@ -516,7 +561,8 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   std::vector<LoopReport> last;
   std::vector<std::string> failures;
   Attempt("last adjustment", &failures, [&] { last = slam.Finish(); });
-  SlamRun run = tally.Take(slam.submaps());
+  SlamRun run = tally.Take(loaded.First(slam.submaps(), slam.map()));
+  run.map_met = loaded.IsMet(run.largest.submap, slam.map());
   run.failures = std::move(failures);
   Count(last, &run.loops);
   Count(last, &run.adjustments);
@@ -527,9 +573,9 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   run.left = left;
   run.skipped = reader.count() - run.left - run.frames - run.dropped;
   run.without_depth = CountWithoutDepth(dataset, options);
-  run.keyframes = slam.keyframe_trajectory();
+  run.keyframes = KeyFramesOf(run, loaded, slam.map());
   if (callbacks.on_tracked && !run.largest.trajectory.empty()) callbacks.on_tracked(run);
-  FinishMap(sensor, options, slam, &run);
+  FinishMap(sensor, options, loaded, slam, &run);
   mapping.Complete();
   const SensorVerdict verdict = End(std::move(slam));
   mapping.Finish(&run);

@@ -141,8 +141,10 @@ struct LoopEvent {
 };
 
 struct SlamRun {
-  SubmapRun largest;              // the world in which most frames have a pose
+  // The world in which most frames have a pose: of those with the loaded map, if there are any.
+  SubmapRun largest;
   std::vector<SubmapRun> others;  // not merged with it, larger ones first
+  bool map_met = true;            // false: a map was loaded, and no frame has a pose in its world
   Trajectory keyframes;           // active keyframes of the largest
   SparseMap sparse;               // final
   LoopCounts loops;

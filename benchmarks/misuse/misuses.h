@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include <highwall/frontend/sensor/sensor_verdict.h>
+#include <highwall/frontend/input/sensor_verdict.h>
 
 #include "stated_recording.h"
 
