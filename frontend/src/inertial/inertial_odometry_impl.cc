@@ -12,7 +12,6 @@
 #include "inertial/imu_saturation.h"
 #include "inertial/imu_vibration.h"
 #include "inertial/innovation.h"
-#include "map/yaw_and_shift.h"
 
 namespace highwall {
 namespace {
@@ -116,6 +115,7 @@ InertialOdometry::Impl::Impl(const ImuCalibration& calibration, const InertialOp
       buffer_(options.buffer),
       initializer_(calibration_, options.initializer, options.estimate_time_offset,
                    ExtrinsicsSigma(options)),
+      monitor_(options.buffer.max_step),
       weight_(options.weighting),
       time_offset_(calibration.time_offset),
       T_BC_(calibration.T_BC) {}
@@ -173,6 +173,7 @@ std::optional<PoseConstraint> InertialOdometry::Impl::Predict(Stamp image) const
 InertialReport InertialOdometry::Impl::Update(const Observation& observation) {
   InertialReport report;
   const std::optional<Twist> motion = MotionTo(observation);
+  Judge(observation, report);
   if (window_) {
     Advance(observation, report);
   } else if (known_) {
@@ -184,6 +185,7 @@ InertialReport InertialOdometry::Impl::Update(const Observation& observation) {
     // In W after a gravity alignment.
     const Pose T_gravity = report.T_gravity.value_or(Pose());
     last_visual_ = {observation.image, T_gravity * observation.visual->T_WC};
+    if (report.T_gravity) monitor_.MoveMap(T_gravity);
     visual_motion_ = motion;
   }
   report.status = status_;
@@ -213,6 +215,15 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
   const bool is_early =
       last_attempt_ && ToSeconds(observation.image - *last_attempt_) < interval - 5e-4;
   if (is_early || observation.keeps_level) {
+    report.reason = reason_;
+    return;
+  }
+  if (agreement_ == ImuAgreement::kContradicted || agreement_ == ImuAgreement::kUnconfirmed) {
+    last_attempt_ = observation.image;
+    if (agreement_ == ImuAgreement::kContradicted) {
+      attempts_ = options_.max_attempts;
+      status_ = InertialStatus::kGivenUp;
+    }
     report.reason = reason_;
     return;
   }
@@ -511,30 +522,6 @@ bool InertialOdometry::Impl::IsAtRest(const ImuPreintegration& imu, bool is_dark
   if (is_dark ? !is_stationary_ : !visual_rest_.Agrees()) return false;
   const auto interval = buffer_.Between(start, end);
   return interval && !interval->HasGap() && IsStationary(interval->samples, kStationary);
-}
-
-void InertialOdometry::Impl::MoveMap(const Pose& T_new_old) {
-  const Eigen::Vector3d p_W =
-      window_ ? T_WO_ * window_->newest().state.T_WB.p() : Eigen::Vector3d(Eigen::Vector3d::Zero());
-  T_WO_ = YawAndShift(T_new_old, p_W) * T_WO_;
-  initializer_.MoveMap(T_new_old);
-  if (last_visual_) last_visual_->pose = T_new_old * last_visual_->pose;
-}
-
-void InertialOdometry::Impl::Restart() {
-  window_.reset();
-  tight_.Cancel();
-  known_.reset();
-  last_visual_.reset();
-  visual_motion_.reset();
-  initializer_.Clear();
-  visual_rest_.Clear();
-  is_stationary_ = false;
-  T_WO_ = Pose();
-  if (status_ == InertialStatus::kGivenUp) return;  // retried as rarely as before
-  last_attempt_.reset();
-  attempts_ = 0;
-  status_ = InertialStatus::kWaiting;
 }
 
 VisualPose InertialOdometry::Impl::InO(const VisualPose& visual_W) const {

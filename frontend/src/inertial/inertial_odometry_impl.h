@@ -10,6 +10,7 @@
 #include <highwall/frontend/inertial/inertial_odometry.h>
 #include <highwall/internal/background_job.h>
 
+#include "inertial/imu_monitor.h"
 #include "inertial/imu_weighting.h"
 #include "inertial/inertial_initializer.h"
 #include "inertial/inertial_window.h"
@@ -43,6 +44,9 @@ class InertialOdometry::Impl {
   std::optional<ImuPreintegration> Between(Stamp from, Stamp to) const;
 
  private:
+  // Tests the configuration against the images; on a contradiction the IMU is given up.
+  void Judge(const Observation& observation, InertialReport& report);
+  void GiveUp(InertialReport& report);
   void Initialize(const Observation& observation, InertialReport& report);
   // Solves the initialization; inconsistent, with a reason, if the images fit the readings better
   // with the accelerometer's sign reversed.
@@ -90,11 +94,13 @@ class InertialOdometry::Impl {
   RunProfile* profile_;
   ImuBuffer buffer_;
   InertialInitializer initializer_;
+  ImuMonitor monitor_;
   ImuWeight weight_;
   std::optional<InertialWindow> window_;
   JobSlot<TightCoupling> tight_;
   InertialStatus status_ = InertialStatus::kWaiting;
   std::string reason_;
+  ImuAgreement agreement_ = ImuAgreement::kUndecided;  // the last that was decided
   int attempts_ = 0;
   std::optional<Stamp> last_attempt_;
   std::optional<StampedPose> last_visual_;  // T_WC of the last image with a pose, image stamp

@@ -39,6 +39,8 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
   // The result of a loop in progress would be lost.
   observation.keeps_level = loop_closer_.IsClosing();
   result.inertial = inertial_->Update(observation);
+  if (result.inertial->finding) Find(*result.inertial->finding);
+  if (result.inertial->abandoned) DropImuFactors();
   if (result.inertial->extrinsics) {
     model_.SetExtrinsics(inertial_->T_BC());
     pending_.SetExtrinsics(inertial_->T_BC().Inverse());
@@ -64,6 +66,16 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
     tracked.T_WC = *T_WC;
     if (tracked.state == TrackingState::kTracking) tracker_.Correct(*T_WC);
   }
+}
+
+void SlamSystem::Impl::DropImuFactors() {
+  for (const KeyFrameId id : map_.keyframe_ids()) {
+    auto& motion = map_.keyframe(id)->motion;
+    if (!motion || id <= last_given_keyframe_) continue;
+    motion->previous = kNoId;
+    motion->from_previous = nullptr;
+  }
+  map_.SetGravity(std::nullopt, submap_);
 }
 
 std::optional<InertialState> SlamSystem::Impl::MotionSince(const KeyFrame* last) const {

@@ -107,6 +107,8 @@ class SlamSystem::Impl {
   InertialOdometry::Observation Observe(const TrackedFrame& tracked);
   // Fuses the frame with the IMU.
   void Fuse(InertialOdometry::Observation observation, TrackedFrame& tracked, FrameResult& result);
+  // Removes all that a contradicted IMU has left in the map of this run: IMU factors, gravity.
+  void DropImuFactors();
   LossReason ReasonOf(const TrackedFrame& lost) const;
   bool WantsKeyFrame(const TrackedFrame& tracked) const;
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);

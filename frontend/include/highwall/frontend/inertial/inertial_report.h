@@ -9,6 +9,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
+#include <highwall/frontend/sensor/sensor_verdict.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
@@ -65,6 +66,11 @@ struct InertialReport {
   // (ImuCalibration::accelerometer_range): they are weighted by how little they say of the true
   // value.
   bool saturated = false;
+  // The images contradict the configuration of the IMU (docs/misconfiguration.md, IMU).
+  std::optional<SensorFinding> finding{};
+  // The IMU was in use until this image and is given up for that reason: nothing of it is to be
+  // kept, such as IMU factors between keyframes.
+  bool abandoned = false;
   // Gravity alignment: the transform that makes z point up, to be applied to the whole map: a
   // rotation about the origin in the report of the image that ends the initialization, and one
   // about the camera later, when gravity has become known much better than it was then.

@@ -1,0 +1,44 @@
+#include "inertial/imu_monitor.h"
+
+#include <algorithm>
+
+namespace highwall {
+namespace {
+
+constexpr double kMonitored = 10.0;                           // [s] of images
+constexpr double kPoseStep = 0.03;                            // [s] between poses
+constexpr double kCheckInterval = 1.0, kEarlyInterval = 0.5;  // [s] while used, and before
+
+}  // namespace
+
+void ImuMonitor::Add(Stamp stamp, const Pose& T_WC) {
+  constexpr double kRounding = 1e-3;  // [s]
+  if (!poses_.empty() && ToSeconds(stamp - poses_.back().stamp) < kPoseStep - kRounding) return;
+  poses_.push_back({stamp, T_WC});
+  const Stamp oldest = stamp - FromSeconds(kMonitored);
+  std::erase_if(poses_, [oldest](const StampedPose& pose) { return pose.stamp < oldest; });
+}
+
+void ImuMonitor::MoveMap(const Pose& T_new_old) {
+  for (StampedPose& pose : poses_) pose.pose = T_new_old * pose.pose;
+}
+
+void ImuMonitor::Clear() {
+  poses_.clear();
+}
+
+std::optional<ImuJudgement> ImuMonitor::Check(Stamp image, const ImuBuffer& readings,
+                                              const ImuCalibration& calibration, bool is_used) {
+  if (poses_.size() < 2 || readings.size() < 2) return std::nullopt;
+  const double interval = is_used ? kCheckInterval : kEarlyInterval;
+  if (last_check_ && ToSeconds(image - *last_check_) < interval) return std::nullopt;
+  last_check_ = image;
+  // The clocks may be apart, or of different rates.
+  const Stamp from = poses_.front().stamp - FromSeconds(1.0 + kMonitored);
+  const Stamp begin = std::max(readings.oldest(), std::min(from, readings.newest() - 1));
+  const auto interval_of = readings.Between(begin, readings.newest());
+  if (!interval_of) return std::nullopt;
+  return JudgeImu(poses_, interval_of->samples, calibration, max_step_);
+}
+
+}  // namespace highwall

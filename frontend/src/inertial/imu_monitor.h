@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+
+#include <highwall/core/trajectory.h>
+#include <highwall/factors/imu_buffer.h>
+#include <highwall/frontend/input/sensor.h>
+
+#include "sensor/imu_hypotheses.h"
+
+namespace highwall {
+
+// Judges the configuration of the IMU by the images of the last seconds, about once a second.
+class ImuMonitor {
+ public:
+  explicit ImuMonitor(double max_step) : max_step_(max_step) {}
+
+  // Adds the pose of an image; stamp [ns] of the camera's clock, ascending.
+  void Add(Stamp stamp, const Pose& T_WC);
+  // Transforms the poses with the map by T_new_old in W.
+  void MoveMap(const Pose& T_new_old);
+  void Clear();
+
+  // Returns a judgement if one is due at this image; is_used: the IMU is, which needs it less
+  // often.
+  std::optional<ImuJudgement> Check(Stamp image, const ImuBuffer& readings,
+                                    const ImuCalibration& calibration, bool is_used);
+
+ private:
+  double max_step_;
+  Trajectory poses_;
+  std::optional<Stamp> last_check_;
+};
+
+}  // namespace highwall

@@ -1,0 +1,439 @@
+#include "sensor/imu_hypotheses.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+
+#include <highwall/internal/number_text.h>
+
+#include "sensor/imu_alignment.h"
+
+namespace highwall {
+namespace {
+
+using Matrix3 = Eigen::Matrix3d;
+using Vector3 = Eigen::Vector3d;
+
+constexpr int kFewest = 15;  // rotations of 0.1 s, or changes of velocity
+// [s] of the offset of the clocks: what the online estimate finds by itself; what is searched.
+constexpr double kNearOffset = 0.05, kFarOffset = 0.5;
+constexpr double kNearStep = 0.01, kFarStep = 0.02;
+// Least excess of the squared residuals over those of the free fit, in variances: chi-squared with
+// nine degrees of freedom exceeds 28 once in a thousand; the rest is for errors of poses that last.
+constexpr double kSignificant = 100.0;
+constexpr double kSignificantOffset = 40.0;  // the same with one degree of freedom
+// Excess relative to what the free fit explains, as an angle in radians: a mount, scale or delay
+// that the online estimation copes with stays below the first; a hypothesis explains all below
+// the second.
+constexpr double kWrong = 0.35, kRight = 0.2;
+// RMS of the excess below which an error does no harm: over 0.1 s [rad], and as an acceleration.
+constexpr double kTurnError = 1e-3, kAccelerationError = 0.08;  // [rad], [m/s^2]
+// Without another explanation: RMS rotation of the images over 0.1 s [rad], and the share of its
+// energy that remains.
+constexpr double kMuchTurn = 0.01, kUnexplained = 0.5;
+constexpr double kLongEnough = 3.0;  // [s] of motion from which the simplest explanation is named
+
+// What the readings are taken for.
+struct Reading {
+  Matrix3 gyroscope, accelerometer;  // to C's axes
+  Vector3 lever_arm;                 // R_CB p_BC [m]
+  double lever_sigma = 0.03;         // [m]
+  bool far_clock = false;            // the offset of the clocks is searched
+  SensorFault fault = SensorFault::kImuInconsistent;
+  std::string text{}, remedy{};
+};
+
+double Share(double excess, double signal) {
+  return excess / std::max(signal, 1e-12);
+}
+
+std::string MatrixText(const Matrix3& R) {
+  std::string text = "[";
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      text += (row + column > 0 ? ", " : "") + FixedText(R(row, column), 3);
+    }
+  }
+  return text + "]";
+}
+
+// The axes of signed permutations, such as "x, z, -y".
+std::string AxesText(const Matrix3& P) {
+  std::string text;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      if (P(row, column) == 0.0) continue;
+      text += (row > 0 ? ", " : "") + std::string(P(row, column) < 0.0 ? "-" : "") +
+              "xyz"[static_cast<std::size_t>(column)];
+    }
+  }
+  return text;
+}
+
+std::vector<Matrix3> SignedPermutations() {
+  std::vector<Matrix3> all;
+  std::array<int, 3> order{0, 1, 2};
+  do {
+    for (unsigned signs = 0; signs < 8; ++signs) {
+      Matrix3 P = Matrix3::Zero();
+      for (int row = 0; row < 3; ++row) {
+        P(row, order[static_cast<std::size_t>(row)]) = ((signs >> row) & 1U) != 0U ? -1.0 : 1.0;
+      }
+      all.push_back(P);
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+  return all;
+}
+
+// Tests readings of the IMU against the images.
+class Judge {
+ public:
+  Judge(const ImuAlignment& alignment, const ImuCalibration& calibration)
+      : alignment_(alignment), calibration_(calibration) {
+    configured_.gyroscope = configured_.accelerometer = R_CB();
+    configured_.lever_arm = R_CB() * calibration.T_BC.p();
+  }
+
+  ImuJudgement Run() {
+    FitGyroscope();
+    if (near_.front().fit.size() < kFewest) return {};
+    const bool clock = IsClockContradicted(), gyroscope = !clock && IsGyroscopeContradicted();
+    const bool accelerometer = !gyroscope && !clock && IsAccelerometerContradicted();
+    if (gyroscope || clock || accelerometer) return Explain(clock);
+    const Clocked& best = Best(configured_.gyroscope, near_);
+    const double signal = best.fit.Signal(), n = best.fit.size();
+    const bool is_much = signal > n * kMuchTurn * kMuchTurn;
+    if (best.fit.Squared(configured_.gyroscope) < kUnexplained * signal) {
+      return {.agreement = is_much ? ImuAgreement::kConsistent : ImuAgreement::kUndecided};
+    }
+    if (IsRateContradicted()) return Explain(true);
+    if (!is_much) return {};
+    return {.agreement = ImuAgreement::kUnconfirmed, .finding = Inconsistent()};
+  }
+
+ private:
+  struct Clocked {
+    ClockRelation clock;
+    GyroscopeFit fit;
+  };
+
+  Matrix3 R_CB() const { return calibration_.T_BC.R().transpose(); }
+
+  void FitGyroscope() {
+    const auto fit = [&](double from, double to, double step, std::vector<Clocked>* fits) {
+      const int steps = static_cast<int>(std::lround((to - from) / step));
+      for (int i = 0; i <= steps; ++i) {
+        const ClockRelation clock{1.0, calibration_.time_offset + from + i * step};
+        fits->push_back({clock, alignment_.Gyroscope(clock)});
+      }
+    };
+    fit(-kNearOffset, kNearOffset, kNearStep, &near_);
+    far_ = near_;
+    fit(-kFarOffset, -kNearOffset - kNearStep, kFarStep, &far_);
+    fit(kNearOffset + kNearStep, kFarOffset, kFarStep, &far_);
+    // Offsets at which readings are missing fit fewer rotations.
+    int most = 0;
+    for (const Clocked& c : far_) most = std::max(most, c.fit.size());
+    std::erase_if(far_, [&](const Clocked& c) { return c.fit.size() < 0.9 * most; });
+    free_ = &*std::ranges::min_element(far_, {},
+                                       [](const Clocked& c) { return Mean(c, c.fit.Free()); });
+  }
+
+  static double Mean(const Clocked& clocked, const Matrix3& A) {
+    const int n = clocked.fit.size();
+    return n > 0 ? clocked.fit.Squared(A) / n : std::numeric_limits<double>::infinity();
+  }
+
+  static const Clocked& Best(const Matrix3& A, const std::vector<Clocked>& among) {
+    return *std::ranges::min_element(among, {}, [&](const Clocked& c) { return Mean(c, A); });
+  }
+
+  // Excess of the squared residuals, and what the free fit explains.
+  double ExplainedByFree() const {
+    return free_->fit.Signal() - free_->fit.Squared(free_->fit.Free());
+  }
+  double Excess(const Clocked& at, const Matrix3& A) const {
+    return (Mean(at, A) - Mean(*free_, free_->fit.Free())) * free_->fit.size();
+  }
+  // The free fit explains most of the images' rotations.
+  bool IsFreeGood() const { return ExplainedByFree() > kUnexplained * free_->fit.Signal(); }
+
+  bool IsGyroscopeContradicted() const {
+    const double excess = Excess(Best(configured_.gyroscope, near_), configured_.gyroscope);
+    return IsFreeGood() && excess > kSignificant * free_->fit.Variance() &&
+           excess > kTurnError * kTurnError * free_->fit.size() &&
+           Share(excess, ExplainedByFree()) > kWrong * kWrong;
+  }
+
+  bool IsClockContradicted() const {
+    constexpr double kMuchBetter = 1.5, kFarther = 0.01;  // of squared residuals; [s]
+    const Clocked& near = Best(configured_.gyroscope, near_);
+    const Clocked& far = Best(configured_.gyroscope, far_);
+    const double offset = far.clock.offset - calibration_.time_offset;
+    const double better = (Mean(near, R_CB()) - Mean(far, R_CB())) * far.fit.size();
+    return IsFreeGood() && std::abs(offset) > kNearOffset + kFarther &&
+           better > kSignificantOffset * free_->fit.Variance() &&
+           Mean(near, R_CB()) > kMuchBetter * Mean(far, R_CB()) &&
+           Share(Excess(far, R_CB()), ExplainedByFree()) < kRight * kRight;
+  }
+
+  AccelerometerFit& Acceleration(const ClockRelation& clock) {
+    for (auto& [known, fit] : accelerations_) {
+      if (known.rate == clock.rate && known.offset == clock.offset) return fit;
+    }
+    accelerations_.emplace_back(clock, alignment_.Accelerometer(clock));
+    return accelerations_.back().second;
+  }
+
+  // Whether a reading of the accelerometer fits much worse than a free one: in `wrong` of what that
+  // explains.
+  bool IsWorse(const Reading& reading, const ClockRelation& clock, double wrong) {
+    const AccelerometerFit& fit = Acceleration(clock);
+    if (fit.size() < kFewest) return false;
+    const double free = fit.FreeSquared();
+    const double excess =
+        fit.Squared(reading.accelerometer, reading.lever_arm, reading.lever_sigma) - free;
+    const double error = kAccelerationError * fit.mean_weight();
+    return fit.Signal() - free > kUnexplained * fit.Signal() &&
+           excess > kSignificant * fit.Variance() && excess > error * error * fit.size() &&
+           Share(excess, fit.Signal() - free) > wrong * wrong;
+  }
+
+  bool IsAccelerometerContradicted() {
+    const ClockRelation& clock = Best(configured_.gyroscope, near_).clock;
+    if (!IsWorse(configured_, clock, kWrong)) return false;
+    // A wrong scale is one of the depth, unless gravity tells (InertialInitializer).
+    for (int power = -16; power <= 16; ++power) {
+      Reading scaled = configured_;
+      scaled.accelerometer *= std::exp2(0.25 * power);
+      scaled.lever_arm *= std::exp2(0.25 * power);
+      if (!IsWorse(scaled, clock, kRight)) return false;
+    }
+    return true;
+  }
+
+  // The rate of the clock is searched last, because it needs images much older than the readings.
+  bool IsRateContradicted() {
+    for (const double rate : {2.0, 0.5}) {
+      constexpr double kStep = 0.02;
+      std::vector<Clocked> fits;
+      for (int i = -50; i <= 50; ++i) {
+        const ClockRelation clock{rate, calibration_.time_offset + i * kStep};
+        fits.push_back({clock, alignment_.Gyroscope(clock)});
+      }
+      std::erase_if(fits, [](const Clocked& c) { return c.fit.size() < 2 * kFewest; });
+      if (fits.empty()) continue;
+      const Clocked& best = Best(R_CB(), fits);
+      const double squared = best.fit.Squared(R_CB());
+      if (squared > kRight * best.fit.Signal() ||
+          best.fit.Signal() < kSignificant * best.fit.Variance()) {
+        continue;
+      }
+      rate_ = rate;
+      return true;
+    }
+    return false;
+  }
+
+  bool Explains(const Reading& reading) {
+    const Clocked& best = Best(reading.gyroscope, reading.far_clock ? far_ : near_);
+    const double excess = Excess(best, reading.gyroscope);
+    if (excess > 0.25 * kSignificant * free_->fit.Variance() &&
+        Share(excess, ExplainedByFree()) > kRight * kRight) {
+      return false;
+    }
+    return !IsWorse(reading, best.clock, kRight);
+  }
+
+  std::vector<Reading> SimpleReadings() const;
+  std::vector<Reading> TurnedReadings();
+  Reading FreeLeverArm();
+  ImuJudgement Explain(bool clock);
+
+  static SensorFinding Inconsistent() {
+    return {.fault = SensorFault::kImuInconsistent,
+            .trust = Trust::kDoubtful,
+            .text =
+                "images and IMU contradict each other, and no single error of T_BC, axes, "
+                "signs, units or clocks explains it",
+            .remedy =
+                "check the section imu of calibration.yaml and the readings; the images are "
+                "used alone"};
+  }
+  SensorFinding Clock() const;
+
+  const ImuAlignment& alignment_;
+  const ImuCalibration& calibration_;
+  Reading configured_;
+  std::vector<Clocked> near_, far_;
+  const Clocked* free_ = nullptr;
+  double rate_ = 1.0;
+  std::vector<std::pair<ClockRelation, AccelerometerFit>> accelerations_;
+};
+
+std::vector<Reading> Judge::SimpleReadings() const {
+  std::vector<Reading> all;
+  const auto add = [&](SensorFault fault, double gyroscope, double accelerometer, std::string text,
+                       std::string remedy) {
+    Reading reading = configured_;
+    reading.gyroscope *= gyroscope;
+    reading.accelerometer *= accelerometer;
+    reading.fault = fault;
+    reading.text = std::move(text);
+    reading.remedy = std::move(remedy);
+    all.push_back(std::move(reading));
+  };
+  constexpr double kDegree = std::numbers::pi / 180.0;
+  add(SensorFault::kImuScale, kDegree, 1.0,
+      "gyroscope and images agree if the readings are in deg/s", "multiply them by 0.0174533");
+  add(SensorFault::kImuScale, 1.0 / kDegree, 1.0,
+      "gyroscope and images agree if the readings were multiplied by pi / 180 once too often",
+      "multiply them by 57.2958");
+  add(SensorFault::kImuSign, -1.0, 1.0,
+      "gyroscope and images agree if the sign of the gyroscope is reversed", "multiply it by -1");
+  add(SensorFault::kImuSign, 1.0, -1.0,
+      "accelerometer and images agree if the sign of the accelerometer is reversed (at rest it "
+      "must point up)",
+      "multiply it by -1");
+  add(SensorFault::kImuSign, -1.0, -1.0,
+      "IMU and images agree if the signs of all readings are reversed", "multiply them by -1");
+  add(SensorFault::kImuMount, 1.0, 1.0,
+      "IMU and images agree if T_BC is inverted: it is likely given as T_CB",
+      "invert T_BC in calibration.yaml");
+  all.back().gyroscope = all.back().accelerometer = R_CB().transpose();
+  all.back().lever_arm = -calibration_.T_BC.p();
+  for (const auto& [scale, unit] : {std::pair{0.01, "cm"}, std::pair{0.001, "mm"}}) {
+    add(SensorFault::kImuLeverArm, 1.0, 1.0,
+        std::string("accelerometer and images agree if the translation of T_BC is in ") + unit,
+        "give it in m");
+    all.back().lever_arm *= scale;
+  }
+  return all;
+}
+
+Reading Judge::FreeLeverArm() {
+  Reading reading = configured_;
+  reading.fault = SensorFault::kImuLeverArm;
+  reading.lever_arm = Acceleration(Best(R_CB(), near_).clock).LeverArm(configured_.accelerometer);
+  const Vector3 p_BC = calibration_.T_BC.R() * reading.lever_arm;
+  reading.text = "accelerometer and images agree if the translation of T_BC is about [" +
+                 FixedText(p_BC.x(), 2) + ", " + FixedText(p_BC.y(), 2) + ", " +
+                 FixedText(p_BC.z(), 2) + "] m instead of [" +
+                 FixedText(calibration_.T_BC.p().x(), 2) + ", " +
+                 FixedText(calibration_.T_BC.p().y(), 2) + ", " +
+                 FixedText(calibration_.T_BC.p().z(), 2) + "]";
+  reading.remedy = "measure the camera's position on the IMU, in m";
+  return reading;
+}
+
+std::vector<Reading> Judge::TurnedReadings() {
+  std::vector<Reading> all;
+  // A T_BC that is wrong in rotation leaves open which lever arm was meant.
+  Reading turned = configured_;
+  turned.gyroscope = turned.accelerometer = free_->fit.Rotation();
+  turned.lever_sigma = 0.3;
+  turned.fault = SensorFault::kImuMount;
+  turned.text = "IMU and images agree if the rotation of T_BC is about " +
+                MatrixText(turned.gyroscope.transpose());
+  turned.remedy = "correct T_BC in calibration.yaml";
+  all.push_back(turned);
+  const std::vector<Matrix3> permutations = SignedPermutations();
+  for (int sensors = 0; sensors < 3; ++sensors) {  // both, gyroscope, accelerometer
+    const char* const name[] = {"IMU", "gyroscope", "accelerometer"};
+    std::vector<std::pair<double, Reading>> some;
+    for (const Matrix3& P : permutations) {
+      Reading reading = configured_;
+      if (sensors != 2) reading.gyroscope *= P;
+      if (sensors != 1) reading.accelerometer *= P;
+      if (sensors == 0) reading.lever_sigma = 0.3;
+      reading.fault = SensorFault::kImuAxes;
+      reading.text = std::string(name[sensors]) + " and images agree if the axes x, y, z of the " +
+                     (sensors == 0 ? "readings" : name[sensors]) + " are " + AxesText(P);
+      reading.remedy = "exchange its columns, or correct T_BC in calibration.yaml";
+      const Clocked& best = Best(reading.gyroscope, near_);
+      const double squared =
+          sensors == 2 ? Acceleration(best.clock).Squared(reading.accelerometer, reading.lever_arm)
+                       : Mean(best, reading.gyroscope);
+      some.emplace_back(squared, std::move(reading));
+    }
+    std::ranges::sort(some, {}, [](const auto& item) { return item.first; });
+    all.push_back(some.front().second);
+  }
+  return all;
+}
+
+SensorFinding Judge::Clock() const {
+  SensorFinding finding{.fault = SensorFault::kImuClock, .trust = Trust::kDoubtful};
+  if (rate_ != 1.0) {
+    finding.text = std::string("gyroscope and images agree if the clock of the IMU runs ") +
+                   (rate_ > 1.0 ? "twice" : "half") + " as fast as that of the images";
+    finding.remedy = "correct the stamps of the readings";
+    return finding;
+  }
+  const double offset = Best(R_CB(), far_).clock.offset;
+  finding.text = "gyroscope and images agree if the stamps of the IMU are " +
+                 FixedText(1e3 * std::abs(offset), 0) + " ms " +
+                 (offset > 0.0 ? "ahead of" : "behind") + " those of the images, instead of " +
+                 FixedText(1e3 * calibration_.time_offset, 0) + " ms";
+  finding.remedy =
+      "set time_offset: " + FixedText(offset, 2) + " in the section imu of calibration.yaml";
+  return finding;
+}
+
+ImuJudgement Judge::Explain(bool clock) {
+  ImuJudgement judgement{.agreement = ImuAgreement::kContradicted};
+  if (clock) {
+    judgement.finding = Clock();
+    judgement.is_named = true;
+    return judgement;
+  }
+  const bool is_long = alignment_.duration() >= kLongEnough;
+  std::vector<Reading> explaining;
+  for (std::vector<Reading> readings :
+       {SimpleReadings(), std::vector{FreeLeverArm()}, TurnedReadings()}) {
+    for (Reading& reading : readings) {
+      if (Explains(reading)) explaining.push_back(std::move(reading));
+    }
+    if (!explaining.empty()) break;
+  }
+  if (explaining.empty() && IsRateContradicted()) return Explain(true);
+  const bool is_unique = std::ranges::all_of(
+      explaining, [&](const Reading& r) { return r.fault == explaining.front().fault; });
+  if (!explaining.empty() && explaining.front().fault == SensorFault::kImuLeverArm) {
+    // A unit explains it only if it does as well as any lever arm.
+    Reading any = FreeLeverArm();
+    const AccelerometerFit& fit = Acceleration(Best(R_CB(), near_).clock);
+    const auto squared = [&](const Reading& r) {
+      return fit.Squared(r.accelerometer, r.lever_arm);
+    };
+    if (squared(explaining.front()) - squared(any) > kSignificantOffset * fit.Variance()) {
+      explaining.front() = std::move(any);
+    }
+  }
+  judgement.is_named = !explaining.empty() && (is_unique || is_long);
+  if (judgement.is_named) {
+    const Reading& reading = explaining.front();
+    judgement.finding = SensorFinding{reading.fault, Trust::kDoubtful, reading.text,
+                                      reading.remedy + "; the images are used alone"};
+  } else if (is_long) {
+    judgement.finding = Inconsistent();
+  }
+  return judgement;
+}
+
+}  // namespace
+
+ImuJudgement JudgeImu(const Trajectory& poses, std::span<const ImuSample> readings,
+                      const ImuCalibration& calibration, double max_step) {
+  if (poses.size() < 2 || readings.size() < 2) return {};
+  const ImuAlignment alignment(poses, readings, max_step, calibration.gyroscope_range,
+                               calibration.accelerometer_range);
+  return Judge(alignment, calibration).Run();
+}
+
+}  // namespace highwall
