@@ -2,6 +2,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <algorithm>
 #include <cmath>
 #include <exception>
 #include <filesystem>
@@ -62,9 +63,23 @@ void WarnOfGps(const SlamRun& run) {
              run.gps->used, run.gps->fixes);
 }
 
+// The scale of the depth by the IMU means nothing while the clocks are not aligned, or if the
+// images contradict the IMU.
+bool IsDepthScaleKnown(const SlamRun& run) {
+  constexpr double kSettled = 3e-3;  // [s] sigma of t_d
+  const auto is_of_imu = [](const SensorFinding& finding) {
+    return finding.fault >= SensorFault::kImuMount &&
+           finding.fault <= SensorFault::kImuInconsistent;
+  };
+  return run.inertial && run.inertial->depth_scale &&
+         run.inertial->last.status != InertialStatus::kGivenUp &&
+         run.inertial->last.time_offset_sigma < kSettled &&
+         std::ranges::none_of(run.verdict.findings, is_of_imu);
+}
+
 // Significant, and larger than the calibration error of most depth cameras.
 void WarnOfDepth(const SlamRun& run, double depth_factor) {
-  if (!run.inertial || !run.inertial->depth_scale) return;
+  if (!IsDepthScaleKnown(run)) return;
   const DepthScale& depth = *run.inertial->depth_scale;
   const double off = std::abs(depth.scale - 1.0);
   if (off <= 0.01 || off <= 3.0 * depth.sigma) return;

@@ -203,6 +203,28 @@ TEST(CheckImu, FindsAFrozenAccelerometer) {
               "accelerometer is frozen: it repeats one reading at 3.500000");
 }
 
+TEST(CheckImu, InterpolatesReadingsThatAreHeldForThreeStamps) {
+  auto samples = HandHeld();
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    samples[i].accelerometer = samples[i - i % 3].accelerometer;
+  }
+  const ImuFinding finding = Only(samples);
+  EXPECT_EQ(finding.kind, Kind::kRepeatedReadings);
+  EXPECT_EQ(finding.severity, ImuSeverity::kWarning);
+  EXPECT_TRUE(finding.text.starts_with("accelerometer repeats each reading 3 times"))
+      << finding.text;
+  const auto repaired = RepairImu(samples, std::vector{finding});
+  ASSERT_EQ(repaired.size(), samples.size());
+  for (std::size_t i = 0; i + 3 < samples.size(); i += 3) {
+    EXPECT_EQ(repaired[i].accelerometer, samples[i].accelerometer);
+    const Eigen::Vector3d third =
+        (2.0 * samples[i].accelerometer + samples[i + 3].accelerometer) / 3.0;
+    // The stamps are whole nanoseconds.
+    EXPECT_TRUE(repaired[i + 1].accelerometer.isApprox(third, 1e-6)) << i;
+    EXPECT_EQ(repaired[i + 1].gyroscope, samples[i + 1].gyroscope);
+  }
+}
+
 TEST(CheckImu, TakesAnImuWithoutNoiseAtRestForSound) {
   auto samples = HandHeld();
   for (std::size_t i = 0; i < 400; ++i) {

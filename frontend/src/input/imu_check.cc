@@ -15,6 +15,8 @@
 #include <highwall/internal/number_text.h>
 #include <highwall/internal/require.h>
 
+#include "input/imu_repetition.h"
+
 namespace highwall {
 namespace {
 
@@ -100,6 +102,8 @@ class Checker {
                 &ImuSample::accelerometer);
     CheckFrozen("accelerometer", Kind::kFrozenAccelerometer, &ImuSample::accelerometer,
                 &ImuSample::gyroscope);
+    CheckRepeated("gyroscope", &ImuSample::gyroscope);
+    CheckRepeated("accelerometer", &ImuSample::accelerometer);
     if (!HasFatalOf(Kind::kGyroscopeInDegrees)) CheckGyroscopeByGravity();
     std::stable_sort(
         findings_.begin(), findings_.end(), [](const ImuFinding& a, const ImuFinding& b) {
@@ -221,6 +225,17 @@ class Checker {
               (all ? "from beginning to end" : "at " + FormatStamp(usable_[begin].stamp)));
       return;
     }
+  }
+
+  void CheckRepeated(const char* name, Sensor sensor) {
+    const int repetitions = RepetitionsOf(usable_, sensor);
+    if (repetitions == 1) return;
+    const double duration = ToSeconds(usable_.back().stamp - usable_.front().stamp);
+    const double rate = static_cast<double>(usable_.size() - 1) / duration;
+    Add(Kind::kRepeatedReadings, ImuSeverity::kWarning,
+        std::string(name) + " repeats each reading " + std::to_string(repetitions) +
+            " times, an effective rate of " + Rounded(rate / repetitions) + " Hz of " +
+            Rounded(rate) + " Hz; interpolated");
   }
 
   // Gravity is in the columns of the gyroscope and not in those of the accelerometer; no other unit
@@ -363,6 +378,12 @@ std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
     std::transform(repaired.begin(), repaired.end(), repaired.begin(), FromG);
   }
   std::erase_if(repaired, [](const ImuSample& sample) { return !IsPossible(sample); });
+  const auto is_repetition = [](const ImuFinding& f) { return f.kind == Kind::kRepeatedReadings; };
+  if (std::any_of(findings.begin(), findings.end(), is_repetition)) {
+    for (const Sensor sensor : {&ImuSample::gyroscope, &ImuSample::accelerometer}) {
+      if (RepetitionsOf(repaired, sensor) > 1) InterpolateRepeated(repaired, sensor);
+    }
+  }
   return repaired;
 }
 

@@ -26,6 +26,7 @@ enum class ImuFindingKind {
   kGaps,                      // steps between readings that are too long
   kFrozenGyroscope,           // repeats one reading
   kFrozenAccelerometer,       // likewise
+  kRepeatedReadings,          // each is held for the same number of stamps
   kGyroscopeInDegrees,        // deg/s instead of rad/s
   kAccelerometerInG,          // g instead of m/s^2
   kAccelerometerImplausible,  // in no known unit
@@ -71,7 +72,8 @@ std::vector<ImuFinding> CheckImu(std::span<const ImuSample> samples, const Video
 bool HasFatal(std::span<const ImuFinding> findings);
 
 // Returns the readings in order, without those that are not finite, impossible or duplicate, and
-// converted to m/s^2 if `findings` has a warning that they are in g.
+// converted to m/s^2 if `findings` has a warning that they are in g; if it has one of repeated
+// readings, the first of each run stays and the others are interpolated.
 std::vector<ImuSample> RepairImu(std::span<const ImuSample> samples,
                                  std::span<const ImuFinding> findings);
 
