@@ -156,6 +156,40 @@ TEST_F(SlamInertialTest, ASubmapThatBeginsWhereDeadReckoningHasEndedIsUpright) {
   EXPECT_EQ(system.submaps().size(), 2U);
 }
 
+// A mount given the wrong way round is found; the result is that of the images alone.
+TEST_F(SlamInertialTest, AnInvertedMountIsFoundAndDoesNoHarm) {
+  ImuCalibration inverted = walk().calibration;
+  inverted.T_BC = inverted.T_BC.Inverse();
+  SlamSystem system({.camera = SmallCamera()}, Deterministic({}), {.imu = inverted});
+  std::vector<SensorFinding> findings;
+  system.SetCallbacks(
+      {.on_finding = [&](const SensorFinding& finding) { findings.push_back(finding); }});
+  const std::vector<FrameResult> results = Run(system, kDark);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings.front().fault, SensorFault::kImuMount) << findings.front().text;
+  EXPECT_EQ(system.verdict().trust(), Trust::kDoubtful);
+  EXPECT_EQ(results.back().inertial->status, InertialStatus::kGivenUp);
+  EXPECT_FALSE(results.back().inertial->reason.empty());
+  EXPECT_FALSE(system.map().gravity_W());
+  for (const KeyFrameId id : system.map().keyframe_ids()) {
+    const auto& motion = system.map().keyframe(id)->motion;
+    EXPECT_TRUE(!motion || motion->previous == kNoId) << "an IMU factor is left";
+  }
+
+  SlamSystem alone({.camera = SmallCamera()}, Deterministic({}));
+  for (std::size_t i = 0; i < kDark; ++i) alone.Track(walk().images[i]);
+  const auto error = [](const SlamSystem& slam) {
+    return AbsolutePoseError(walk().truth, slam.trajectory()).statistics.rmse;
+  };
+  EXPECT_LT(error(system), 1.1 * error(alone));
+}
+
+TEST_F(SlamInertialTest, ARightMountIsNotDoubted) {
+  SlamSystem system({.camera = SmallCamera()}, Deterministic({}), {.imu = walk().calibration});
+  Run(system, kDark);
+  EXPECT_TRUE(system.verdict().findings.empty());
+}
+
 TEST_F(SlamInertialTest, ReadingsConstrainConsecutiveKeyFrames) {
   SlamSystem system({.camera = SmallCamera()}, Deterministic({}), {.imu = walk().calibration});
   Run(system, kDark);

@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kMonitored = 10.0;                           // [s] of images
 constexpr double kPoseStep = 0.03;                            // [s] between poses
-constexpr double kCheckInterval = 1.0, kEarlyInterval = 0.5;  // [s] while used, and before
+constexpr double kCheckInterval = 1.0, kEarlyInterval = 0.5;  // [s] once confirmed, and before
 
 }  // namespace
 
@@ -28,9 +28,10 @@ void ImuMonitor::Clear() {
 }
 
 std::optional<ImuJudgement> ImuMonitor::Check(Stamp image, const ImuBuffer& readings,
-                                              const ImuCalibration& calibration, bool is_used) {
+                                              const ImuCalibration& calibration,
+                                              bool is_confirmed) {
   if (poses_.size() < 2 || readings.size() < 2) return std::nullopt;
-  const double interval = is_used ? kCheckInterval : kEarlyInterval;
+  const double interval = is_confirmed ? kCheckInterval : kEarlyInterval;
   if (last_check_ && ToSeconds(image - *last_check_) < interval) return std::nullopt;
   last_check_ = image;
   // The clocks may be apart, or of different rates.

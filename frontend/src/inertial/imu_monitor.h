@@ -21,10 +21,10 @@ class ImuMonitor {
   void MoveMap(const Pose& T_new_old);
   void Clear();
 
-  // Returns a judgement if one is due at this image; is_used: the IMU is, which needs it less
-  // often.
+  // Returns a judgement if one is due at this image. is_confirmed: the configuration is, and is
+  // judged less often.
   std::optional<ImuJudgement> Check(Stamp image, const ImuBuffer& readings,
-                                    const ImuCalibration& calibration, bool is_used);
+                                    const ImuCalibration& calibration, bool is_confirmed);
 
  private:
   double max_step_;

@@ -16,7 +16,8 @@ constexpr const char* kContradiction =
 void InertialOdometry::Impl::Judge(const Observation& observation, InertialReport& report) {
   if (observation.visual) monitor_.Add(observation.image, observation.visual->T_WC);
   const bool is_used = window_ || known_;
-  auto judgement = monitor_.Check(observation.image, buffer_, calibration_, is_used);
+  const bool is_confirmed = is_used && agreement_ == ImuAgreement::kConsistent;
+  auto judgement = monitor_.Check(observation.image, buffer_, calibration_, is_confirmed);
   if (!judgement) return;
   const bool contradicted = judgement->agreement == ImuAgreement::kContradicted;
   // Once contradicted, too little motion is no reason to use it again, nor are poor images.

@@ -6,6 +6,9 @@
 
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
+#include <highwall/frontend/local/bundle_adjustment.h>
+#include <highwall/frontend/local/global_adjustment.h>
+#include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/seen_landmarks.h>
 #include <highwall/internal/stage_timer.h>
 
@@ -40,7 +43,7 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
   observation.keeps_level = loop_closer_.IsClosing();
   result.inertial = inertial_->Update(observation);
   if (result.inertial->finding) Find(*result.inertial->finding);
-  if (result.inertial->abandoned) DropImuFactors();
+  if (result.inertial->abandoned) tracked.T_WC = ForgetImu() * tracked.T_WC;
   if (result.inertial->extrinsics) {
     model_.SetExtrinsics(inertial_->T_BC());
     pending_.SetExtrinsics(inertial_->T_BC().Inverse());
@@ -59,6 +62,7 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
   last_fused_ = observation.image;
   if (const auto gravity_W = inertial_->gravity_W()) map_.SetGravity(gravity_W, submap_);
   if (const std::optional<Pose> T_WC = inertial_->T_WC()) {
+    if (tracked.state == TrackingState::kTracking) KeepImagePose(tracked);
     if (tracked.state == TrackingState::kLost) {
       tracked.state = TrackingState::kInertial;
       tracked.reference = last_keyframe_;
@@ -68,14 +72,34 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
   }
 }
 
-void SlamSystem::Impl::DropImuFactors() {
-  for (const KeyFrameId id : map_.keyframe_ids()) {
-    auto& motion = map_.keyframe(id)->motion;
-    if (!motion || id <= last_given_keyframe_) continue;
-    motion->previous = kNoId;
-    motion->from_previous = nullptr;
+void SlamSystem::Impl::KeepImagePose(const TrackedFrame& tracked) {
+  constexpr std::size_t kKept = 2000;
+  image_poses_.push_back(
+      {tracked.frame.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC)});
+  if (image_poses_.size() > kKept) image_poses_.pop_front();
+}
+
+Pose SlamSystem::Impl::ForgetImu() {
+  const SubmapId root = map_.Root(submap_);
+  const Pose T_new_old = WithTracker([&] {
+    worker_.Drop(map_, root);
+    for (const KeyFrameId id : map_.keyframe_ids()) {
+      auto& motion = map_.keyframe(id)->motion;
+      if (!motion || id <= last_given_keyframe_) continue;
+      motion->previous = kNoId;
+      motion->from_previous = nullptr;
+    }
+    AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, kGlobalAdjustment, {},
+                 std::max(1, options_.threads));
+  });
+  for (const PosedFrame& seen : std::exchange(image_poses_, {})) {
+    auto& frames = *tracked_.mutable_frames();
+    const auto frame = std::ranges::lower_bound(frames, seen.stamp, {}, &PosedFrame::stamp);
+    if (frame != frames.end() && frame->stamp == seen.stamp) frame->pose = seen.pose;
   }
   map_.SetGravity(std::nullopt, submap_);
+  NotifyMoved();
+  return T_new_old;
 }
 
 std::optional<InertialState> SlamSystem::Impl::MotionSince(const KeyFrame* last) const {

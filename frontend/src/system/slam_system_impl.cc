@@ -368,21 +368,6 @@ void SlamSystem::Impl::AdjustToFactors(TrackedFrame& tracked, FrameResult& resul
 }
 
 template <class Change>
-Pose SlamSystem::Impl::WithTracker(const Change& change) {
-  const KeyFrameId reference = tracker_.reference().value_or(last_keyframe_);
-  if (reference == kNoId) {  // no map yet
-    change();
-    return {};
-  }
-  const Pose before = map_.ResolvePose(reference);
-  change();
-  const Pose T_new_old = map_.ResolvePose(reference) * before.Inverse();
-  tracker_.Transform(T_new_old);
-  if (inertial_) inertial_->MoveMap(T_new_old);
-  return T_new_old;
-}
-
-template <class Change>
 void SlamSystem::Impl::EditWorld(FrameResult& result, const Change& change) {
   WithTracker([&] {
     if (auto report = worker_.Edit(&map_, change)) result.adjustment = std::move(report);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -107,8 +108,13 @@ class SlamSystem::Impl {
   InertialOdometry::Observation Observe(const TrackedFrame& tracked);
   // Fuses the frame with the IMU.
   void Fuse(InertialOdometry::Observation observation, TrackedFrame& tracked, FrameResult& result);
-  // Removes all that a contradicted IMU has left in the map of this run: IMU factors, gravity.
-  void DropImuFactors();
+  // Removes all that a contradicted IMU has left in the world of this run: IMU factors, gravity,
+  // what they did to the keyframes, by an adjustment, and to the latest frames, which get the poses
+  // from their images. Returns the motion of the tracker's
+  // reference.
+  Pose ForgetImu();
+  // Keeps the pose of a frame from its image alone.
+  void KeepImagePose(const TrackedFrame& tracked);
   LossReason ReasonOf(const TrackedFrame& lost) const;
   bool WantsKeyFrame(const TrackedFrame& tracked) const;
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
@@ -182,6 +188,22 @@ class SlamSystem::Impl {
   double imu_constrained_time_ = 0.0;  // [s] covered by IMU factors since the last keyframe
   double weighed_ = 0.0;               // the same, each interval times its weight
   Stamp last_fused_ = 0;
+  std::deque<PosedFrame> image_poses_;  // of fused frames, from their images alone
 };
+
+template <class Change>
+Pose SlamSystem::Impl::WithTracker(const Change& change) {
+  const KeyFrameId reference = tracker_.reference().value_or(last_keyframe_);
+  if (reference == kNoId) {  // no map yet
+    change();
+    return {};
+  }
+  const Pose before = map_.ResolvePose(reference);
+  change();
+  const Pose T_new_old = map_.ResolvePose(reference) * before.Inverse();
+  tracker_.Transform(T_new_old);
+  if (inertial_) inertial_->MoveMap(T_new_old);
+  return T_new_old;
+}
 
 }  // namespace highwall

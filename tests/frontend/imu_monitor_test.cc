@@ -1,0 +1,55 @@
+#include "inertial/imu_monitor.h"
+
+#include <gtest/gtest.h>
+
+#include "inertial_drive.h"
+
+namespace highwall::imu_monitor_test {
+namespace {
+
+using testing::Drive;
+
+TEST(ImuMonitor, ARunningImuIsGivenUpWhenItsGyroscopeTurnsRound) {
+  Drive drive;
+  drive.change = [](ImuSample& reading) {
+    if (ToSeconds(reading.stamp) > 5.0) reading.gyroscope *= -1.0;
+    return true;
+  };
+  drive.Until(5.0);
+  ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+  drive.Until(15.0);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kGivenUp);
+  EXPECT_FALSE(drive.odometry.T_WC());
+  int abandoned = 0, findings = 0;
+  for (const InertialReport& report : drive.reports) {
+    abandoned += report.abandoned ? 1 : 0;
+    findings += report.finding ? 1 : 0;
+    if (report.finding) EXPECT_FALSE(report.finding->text.empty());
+  }
+  EXPECT_GE(abandoned, 1);
+  EXPECT_GE(findings, 1);
+}
+
+TEST(ImuMonitor, ARightImuIsNeverGivenUp) {
+  Drive drive;
+  drive.Until(15.0);
+  for (const InertialReport& report : drive.reports) {
+    EXPECT_FALSE(report.abandoned);
+    EXPECT_FALSE(report.finding);
+  }
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+}
+
+TEST(ImuMonitor, AWrongMountKeepsTheImuFromStartingAndIsNamed) {
+  const Pose quarter = Pose::FromTangent({0, 0, 0}, {0.0, 0.5 * M_PI, 0.0});
+  Drive drive({}, {}, quarter);
+  drive.Until(8.0);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kGivenUp);
+  const bool named = std::ranges::any_of(drive.reports, [](const InertialReport& report) {
+    return report.finding && report.finding->fault == SensorFault::kImuMount;
+  });
+  EXPECT_TRUE(named);
+}
+
+}  // namespace
+}  // namespace highwall::imu_monitor_test
