@@ -220,8 +220,8 @@ struct RunCallbacks {
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const RunCallbacks& callbacks = {});
 
-// Returns memory that was freed to the operating system. The threads of a run free it in places from
-// which the C library would not hand it to the stages that follow.
+// Returns memory that was freed to the operating system. The threads of a run free it in places
+// from which the C library would not hand it to the stages that follow.
 void ReturnFreeMemory();
 
 // Returns the peak memory of the process [MiB].

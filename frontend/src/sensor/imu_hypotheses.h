@@ -7,7 +7,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/input/sensor.h>
-#include <highwall/frontend/sensor/sensor_verdict.h>
+#include <highwall/frontend/input/sensor_verdict.h>
 
 namespace highwall {
 

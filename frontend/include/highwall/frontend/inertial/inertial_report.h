@@ -9,7 +9,7 @@
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
-#include <highwall/frontend/sensor/sensor_verdict.h>
+#include <highwall/frontend/input/sensor_verdict.h>
 
 namespace [[gnu::visibility("default")]] highwall {
 
