@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -23,6 +25,7 @@ constexpr double kRotationSigma = 4e-4, kPositionSigma = 1e-3;  // [rad], [m]
 // readings: however many there are, larger errors do not explain them.
 constexpr double kMisalignment = 0.1;       // [rad]
 constexpr double kAccelerometerBias = 0.5;  // [m/s^2]
+constexpr double kLeverArm = 0.03;          // [m]
 constexpr double kFree = 1e3, kFreeLeverArm = 10.0;
 
 double TurnVariance() {
@@ -141,6 +144,11 @@ double AccelerometerFit::Squared(const Eigen::Matrix3d& A, const Eigen::Vector3d
   return Near(A, lever_arm, lever_sigma).squared;
 }
 
+Eigen::Matrix<double, AccelerometerFit::kUnknowns, 1> AccelerometerFit::Unknowns(
+    const Eigen::Matrix3d& A, const Eigen::Vector3d& lever_arm) const {
+  return Near(A, lever_arm, kLeverArm).x;
+}
+
 Eigen::Vector3d AccelerometerFit::LeverArm(const Eigen::Matrix3d& A) const {
   return Near(A, Eigen::Vector3d::Zero(), kFreeLeverArm).x.segment<3>(9);
 }
@@ -217,24 +225,26 @@ std::size_t ImuAlignment::After(std::size_t i, double span) const {
   return poses_.size();
 }
 
-GyroscopeFit ImuAlignment::Gyroscope(const ClockRelation& clock) const {
-  GyroscopeFit fit;
+std::vector<ImuAlignment::Turn> ImuAlignment::Turns(const ClockRelation& clock) const {
+  std::vector<Turn> turns;
   for (std::size_t i = 0; i < poses_.size();) {
     const std::size_t j = After(i, kTurnSpan);
     if (j == poses_.size()) {
       ++i;
       continue;
     }
-    if (const auto body = Between(poses_[i].time, poses_[j].time, clock)) {
+    const auto body = Between(poses_[i].time, poses_[j].time, clock);
+    if (body && !poses_[i].skips_turn) {
       const Eigen::Matrix3d turn = poses_[i].R_WC.transpose() * poses_[j].R_WC;
-      fit.Add(so3::Log(Eigen::Quaterniond(turn)), body->head<3>(), poses_[j].time - poses_[i].time);
+      turns.push_back({i, so3::Log(Eigen::Quaterniond(turn)), body->head<3>(),
+                       poses_[j].time - poses_[i].time});
     }
     i = j;
   }
-  return fit;
+  return turns;
 }
 
-AccelerometerFit ImuAlignment::Accelerometer(const ClockRelation& clock) const {
+std::vector<ImuAlignment::Arc> ImuAlignment::Arcs(const ClockRelation& clock) const {
   struct Interval {
     bool usable = false;
     double middle = 0.0, duration = 0.0;
@@ -256,7 +266,7 @@ AccelerometerFit ImuAlignment::Accelerometer(const ClockRelation& clock) const {
                          a.R_WC * so3::Exp(0.5 * turn).toRotationMatrix(),
                          body->tail<3>() / duration});
   }
-  AccelerometerFit fit;
+  std::vector<Arc> arcs;
   for (std::size_t i = 0; i < poses_.size();) {
     const std::size_t j = After(i, kArc);
     const std::size_t k = j < poses_.size() ? After(j, kArc) : j;
@@ -266,7 +276,7 @@ AccelerometerFit ImuAlignment::Accelerometer(const ClockRelation& clock) const {
       const double after = poses_[k].time - poses_[j].time;
       AccelerometerFit::Row X = AccelerometerFit::Row::Zero();
       double weights = 0.0;
-      bool usable = true;
+      bool usable = !poses_[i].skips_arc;
       for (std::size_t m = i; m < k; ++m) {
         const Interval& interval = intervals[m];
         usable = usable && interval.usable;
@@ -283,11 +293,46 @@ AccelerometerFit ImuAlignment::Accelerometer(const ClockRelation& clock) const {
       X.middleCols<3>(9) = (c.R_WC - b.R_WC) / after - (b.R_WC - a.R_WC) / before;
       X.middleCols<3>(12) = weights * Eigen::Matrix3d::Identity();
       const Eigen::Vector3d y = (c.p_WC - b.p_WC) / after - (b.p_WC - a.p_WC) / before;
-      if (usable) fit.Add(y, X, weights);
+      if (usable) arcs.push_back({i, y, X, weights});
     }
     i = next < poses_.size() ? next : i + 1;
   }
+  return arcs;
+}
+
+GyroscopeFit ImuAlignment::Gyroscope(const ClockRelation& clock) const {
+  GyroscopeFit fit;
+  for (const Turn& turn : Turns(clock)) fit.Add(turn.camera, turn.body, turn.duration);
   return fit;
+}
+
+AccelerometerFit ImuAlignment::Accelerometer(const ClockRelation& clock) const {
+  AccelerometerFit fit;
+  for (const Arc& arc : Arcs(clock)) fit.Add(arc.y, arc.X, arc.weight);
+  return fit;
+}
+
+void ImuAlignment::Trim(const Eigen::Matrix3d& A, const Eigen::Vector3d& lever_arm,
+                        const ClockRelation& clock) {
+  constexpr double kTurns = 0.1, kArcs = 0.2;       // four arcs overlap: a shock is in all of them
+  using Residual = std::pair<double, std::size_t>;  // squared, pose
+  const auto worst = [](std::vector<Residual> residuals, double share) {
+    std::ranges::sort(residuals, std::greater{});
+    residuals.resize(
+        static_cast<std::size_t>(std::ceil(share * static_cast<double>(residuals.size()))));
+    return residuals;
+  };
+  std::vector<Residual> of_turns, of_arcs;
+  for (const Turn& turn : Turns(clock)) {
+    of_turns.emplace_back((turn.camera - A * turn.body).squaredNorm(), turn.pose);
+  }
+  const Eigen::Matrix<double, AccelerometerFit::kUnknowns, 1> x =
+      Accelerometer(clock).Unknowns(A, lever_arm);
+  for (const Arc& arc : Arcs(clock)) {
+    of_arcs.emplace_back((arc.y - arc.X * x).squaredNorm(), arc.pose);
+  }
+  for (const Residual& turn : worst(of_turns, kTurns)) poses_[turn.second].skips_turn = true;
+  for (const Residual& arc : worst(of_arcs, kArcs)) poses_[arc.second].skips_arc = true;
 }
 
 }  // namespace highwall

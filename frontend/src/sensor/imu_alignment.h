@@ -70,6 +70,9 @@ class AccelerometerFit {
   // bias, and lever_sigma [m] for the lever arm.
   double Squared(const Eigen::Matrix3d& A, const Eigen::Vector3d& lever_arm,
                  double lever_sigma = 0.03) const;
+  // Returns the unknowns near these axes and this lever arm that fit best.
+  Eigen::Matrix<double, kUnknowns, 1> Unknowns(const Eigen::Matrix3d& A,
+                                               const Eigen::Vector3d& lever_arm) const;
   // Returns the lever arm that fits best with these axes [m].
   Eigen::Vector3d LeverArm(const Eigen::Matrix3d& A) const;
   // The least sum of squares, with everything free.
@@ -109,6 +112,10 @@ class ImuAlignment {
   GyroscopeFit Gyroscope(const ClockRelation& clock) const;
   // Changes of velocity over 0.2 s, one per 0.1 s.
   AccelerometerFit Accelerometer(const ClockRelation& clock) const;
+  // Leaves out the tenth of the rotations, and the fifth of the changes of velocity, that fit these
+  // axes and this lever arm worst: a shock, or poses that failed, are no fault of the
+  // configuration.
+  void Trim(const Eigen::Matrix3d& A, const Eigen::Vector3d& lever_arm, const ClockRelation& clock);
   double duration() const;  // [s] of the poses
 
  private:
@@ -121,10 +128,25 @@ class ImuAlignment {
   // follow each other; otherwise the number of poses.
   std::size_t After(std::size_t i, double span) const;
 
+  struct Turn {
+    std::size_t pose = 0;  // where it begins
+    Eigen::Vector3d camera, body;
+    double duration = 0.0;
+  };
+  struct Arc {
+    std::size_t pose = 0;
+    Eigen::Vector3d y;
+    AccelerometerFit::Row X;
+    double weight = 0.0;
+  };
+  std::vector<Turn> Turns(const ClockRelation& clock) const;
+  std::vector<Arc> Arcs(const ClockRelation& clock) const;
+
   struct CameraPose {
     double time = 0.0;  // [s] since the first reading
     Eigen::Matrix3d R_WC;
     Eigen::Vector3d p_WC;
+    bool skips_turn = false, skips_arc = false;  // that begins here
   };
   std::vector<CameraPose> poses_;
   std::vector<double> times_;       // [s] of the readings since the first

@@ -213,6 +213,8 @@ class Judge {
       scaled.accelerometer *= std::exp2(0.25 * power);
       scaled.lever_arm *= std::exp2(0.25 * power);
       if (!IsWorse(scaled, clock, kRight)) return false;
+      scaled.lever_arm = configured_.lever_arm;
+      if (!IsWorse(scaled, clock, kRight)) return false;
     }
     return true;
   }
@@ -431,9 +433,17 @@ ImuJudgement Judge::Explain(bool clock) {
 ImuJudgement JudgeImu(const Trajectory& poses, std::span<const ImuSample> readings,
                       const ImuCalibration& calibration, double max_step) {
   if (poses.size() < 2 || readings.size() < 2) return {};
-  const ImuAlignment alignment(poses, readings, max_step, calibration.gyroscope_range,
-                               calibration.accelerometer_range);
-  return Judge(alignment, calibration).Run();
+  ImuAlignment alignment(poses, readings, max_step, calibration.gyroscope_range,
+                         calibration.accelerometer_range);
+  ImuJudgement judgement = Judge(alignment, calibration).Run();
+  if (judgement.agreement < ImuAgreement::kUnconfirmed) return judgement;
+  // A shock is worst in few places, a wrong configuration everywhere.
+  const Eigen::Matrix3d R_CB = calibration.T_BC.R().transpose();
+  const ClockRelation clock{1.0, calibration.time_offset};
+  alignment.Trim(R_CB, R_CB * calibration.T_BC.p(), clock);
+  const ImuJudgement trimmed = Judge(alignment, calibration).Run();
+  if (trimmed.agreement < ImuAgreement::kUnconfirmed) return {};
+  return judgement;
 }
 
 }  // namespace highwall
