@@ -55,7 +55,7 @@ void TurnMount(Recording& recording, const Eigen::Vector3d& by) {
   recording.calibration.T_BC = Pose(T_BC.q() * so3::Exp(by), T_BC.p());
 }
 
-constexpr unsigned kSeeds = 25;
+constexpr unsigned kSeeds = 6;
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 TEST(JudgeImu, FindsNothingWithinTheTolerancesOfACalibration) {
@@ -75,7 +75,7 @@ TEST(JudgeImu, FindsNothingWithinTheTolerancesOfACalibration) {
        [](Recording& r) { ForEachReading(r, [](ImuSample& s) { s.gyroscope *= 1.02; }); }},
   };
   for (const auto& [name, change] : deviations) {
-    // 375 draws in all find a rate of false alarms of 0.8 % with a probability of 95 %.
+    // 90 draws in all: a rate of false alarms of 3 % is found with a probability of 95 %.
     for (unsigned seed = 1; seed <= kSeeds; ++seed) {
       for (const double motion : {0.05, 0.3, 1.0}) {
         Recording recording = Record(seed, motion, 3.0);

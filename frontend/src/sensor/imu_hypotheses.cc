@@ -93,8 +93,8 @@ std::vector<Matrix3> SignedPermutations() {
 // Tests readings of the IMU against the images.
 class Judge {
  public:
-  Judge(const ImuAlignment& alignment, const ImuCalibration& calibration)
-      : alignment_(alignment), calibration_(calibration) {
+  Judge(const ImuAlignment& alignment, const ImuCalibration& calibration, double strictness = 1.0)
+      : alignment_(alignment), calibration_(calibration), strictness_(strictness) {
     configured_.gyroscope = configured_.accelerometer = R_CB();
     configured_.lever_arm = R_CB() * calibration.T_BC.p();
   }
@@ -165,9 +165,9 @@ class Judge {
 
   bool IsGyroscopeContradicted() const {
     const double excess = Excess(Best(configured_.gyroscope, near_), configured_.gyroscope);
-    return IsFreeGood() && excess > kSignificant * free_->fit.Variance() &&
+    return IsFreeGood() && excess > strictness_ * kSignificant * free_->fit.Variance() &&
            excess > kTurnError * kTurnError * free_->fit.size() &&
-           Share(excess, ExplainedByFree()) > kWrong * kWrong;
+           Share(excess, ExplainedByFree()) > strictness_ * kWrong * kWrong;
   }
 
   bool IsClockContradicted() const {
@@ -177,7 +177,7 @@ class Judge {
     const double offset = far.clock.offset - calibration_.time_offset;
     const double better = (Mean(near, R_CB()) - Mean(far, R_CB())) * far.fit.size();
     return IsFreeGood() && std::abs(offset) > kNearOffset + kFarther &&
-           better > kSignificantOffset * free_->fit.Variance() &&
+           better > strictness_ * kSignificantOffset * free_->fit.Variance() &&
            Mean(near, R_CB()) > kMuchBetter * Mean(far, R_CB()) &&
            Share(Excess(far, R_CB()), ExplainedByFree()) < kRight * kRight;
   }
@@ -200,8 +200,9 @@ class Judge {
         fit.Squared(reading.accelerometer, reading.lever_arm, reading.lever_sigma) - free;
     const double error = kAccelerationError * fit.mean_weight();
     return fit.Signal() - free > kUnexplained * fit.Signal() &&
-           excess > kSignificant * fit.Variance() && excess > error * error * fit.size() &&
-           Share(excess, fit.Signal() - free) > wrong * wrong;
+           excess > strictness_ * kSignificant * fit.Variance() &&
+           excess > strictness_ * error * error * fit.size() &&
+           Share(excess, fit.Signal() - free) > strictness_ * wrong * wrong;
   }
 
   bool IsAccelerometerContradicted() {
@@ -271,6 +272,7 @@ class Judge {
 
   const ImuAlignment& alignment_;
   const ImuCalibration& calibration_;
+  double strictness_;  // > 0; factor of all squared limits of a contradiction
   Reading configured_;
   std::vector<Clocked> near_, far_;
   const Clocked* free_ = nullptr;
@@ -437,11 +439,13 @@ ImuJudgement JudgeImu(const Trajectory& poses, std::span<const ImuSample> readin
                          calibration.accelerometer_range);
   ImuJudgement judgement = Judge(alignment, calibration).Run();
   if (judgement.agreement < ImuAgreement::kUnconfirmed) return judgement;
-  // A shock is worst in few places, a wrong configuration everywhere.
+  // A shock is worst in few places, a wrong configuration everywhere: without the worst, a shock
+  // leaves nothing, and a wrong configuration some of its excess.
+  constexpr double kOfTrimmed = 0.3;
   const Eigen::Matrix3d R_CB = calibration.T_BC.R().transpose();
   const ClockRelation clock{1.0, calibration.time_offset};
   alignment.Trim(R_CB, R_CB * calibration.T_BC.p(), clock);
-  const ImuJudgement trimmed = Judge(alignment, calibration).Run();
+  const ImuJudgement trimmed = Judge(alignment, calibration, kOfTrimmed).Run();
   if (trimmed.agreement < ImuAgreement::kUnconfirmed) return {};
   return judgement;
 }
