@@ -11,7 +11,6 @@
 #include <span>
 #include <string>
 #include <system_error>
-#include <utility>
 #include <vector>
 
 #include <fmt/core.h>
@@ -19,7 +18,6 @@
 #include <opencv2/core/utility.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/frontend/input/depth_check.h>
 #include <highwall/mapping/octree_size.h>
 
 #include "cli/commands.h"
@@ -287,13 +285,10 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (arguments.deterministic) cv::setNumThreads(1);  // same result, but single-threaded
   std::vector<std::string> warnings;
   options.imu = ReadImuFeed(arguments, opened, &warnings);
-  options.before = ExamineRecording(dataset, sensor);
+  options.before = ExamineRecording(dataset, sensor, options.begin, options.end);
   options.gps = ReadGpsFeed(arguments, opened, options.imu.has_value());
   for (const std::string& warning : warnings) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
-  }
-  for (SensorFinding& finding : CheckDepth(dataset, sensor, options.begin, options.end)) {
-    options.before.Add(std::move(finding));
   }
   for (const SensorFinding& finding : options.before.findings) {
     fmt::print(stderr, "highwall slam: warning: {}\n", Line(finding));

@@ -1,21 +1,21 @@
 #include "run/recording_examination.h"
 
+#include <utility>
+
+#include <highwall/frontend/input/depth_check.h>
 #include <highwall/frontend/input/stamp_check.h>
 
 namespace highwall::apps {
-namespace {
 
-void ExamineStamps(const Dataset& dataset, SensorVerdict* verdict) {
-  for (const StampFinding& finding : CheckStamps(dataset)) {
-    verdict->Add({SensorFault::kStamps, Trust::kDoubtful, finding.text, finding.remedy});
-  }
-}
-
-}  // namespace
-
-SensorVerdict ExamineRecording(const Dataset& dataset, const RgbdSensor& /*sensor*/) {
+SensorVerdict ExamineRecording(const Dataset& dataset, const RgbdSensor& sensor, std::size_t begin,
+                               std::size_t end) {
   SensorVerdict verdict;
-  ExamineStamps(dataset, &verdict);
+  for (SensorFinding& finding : CheckDepth(dataset, sensor, begin, end)) {
+    verdict.Add(std::move(finding));
+  }
+  for (const StampFinding& finding : CheckStamps(dataset)) {
+    verdict.Add({SensorFault::kStamps, Trust::kDoubtful, finding.text, finding.remedy});
+  }
   return verdict;
 }
 

@@ -1,13 +1,17 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/input/sensor_verdict.h>
 
 namespace highwall::apps {
 
-// Returns what the stamps of a recording and a few of its images show about its configuration,
-// before any frame is tracked.
-SensorVerdict ExamineRecording(const Dataset& dataset, const RgbdSensor& sensor);
+// Returns what a recording shows about its configuration before any frame is tracked: the stamps of
+// all frames, and a few of the images [begin, end).
+SensorVerdict ExamineRecording(const Dataset& dataset, const RgbdSensor& sensor,
+                               std::size_t begin = 0, std::size_t end = SIZE_MAX);
 
 }  // namespace highwall::apps
