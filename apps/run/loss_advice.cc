@@ -74,4 +74,23 @@ std::string LossAdvice(const std::map<std::string, std::size_t>& reasons, std::s
       count, lost);
 }
 
+std::optional<SensorFinding> UnexplainedLosses(const std::map<std::string, std::size_t>& reasons,
+                                               std::size_t frames) {
+  constexpr double kMany = 0.4;  // of the frames
+  double unexplained = 0.0;
+  for (const char* reason :
+       {ToString(LossReason::kUnknownPlace), ToString(LossReason::kContradictory), "dropped"}) {
+    const auto it = reasons.find(reason);
+    if (it != reasons.end()) unexplained += static_cast<double>(it->second);
+  }
+  const auto all = static_cast<double>(frames);
+  if (unexplained <= kMany * all) return std::nullopt;
+  return SensorFinding{
+      SensorFault::kDepthInconsistent, Trust::kDoubtful,
+      fmt::format("{:.0f} % of the frames have no pose although their images show enough: depth "
+                  "that does not fit the colour images, or a fast motion",
+                  100.0 * unexplained / all),
+      "highwall info tests how depth is stored; compare an image with its depth by eye"};
+}
+
 }  // namespace highwall::apps

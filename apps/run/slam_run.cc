@@ -8,6 +8,7 @@
 #include <numeric>
 #include <set>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include <highwall/core/error.h>
@@ -24,6 +25,7 @@
 #include "run/finished_run.h"
 #include "run/live_replay.h"
 #include "run/loaded_map.h"
+#include "run/loss_advice.h"
 #include "run/trace_file.h"
 
 namespace highwall::apps {
@@ -435,6 +437,9 @@ SensorVerdict VerdictOf(const SlamRun& run, const SlamRunOptions& options,
     verdict.Add({SensorFault::kMapNotMet, Trust::kDoubtful,
                  "the loaded map was never recognized: the poses are in a world of their own",
                  "give the map of this place, or leave --load-map out"});
+  }
+  if (options.load_map.empty()) {
+    if (auto losses = UnexplainedLosses(run.loss_reasons, run.frames)) verdict.Add(*losses);
   }
   const auto& dense = run.largest.dense;
   if (dense && dense->cloud.size() == 0 && run.keyframes.size() > 1) {

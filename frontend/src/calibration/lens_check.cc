@@ -17,7 +17,7 @@ constexpr double kSignificant = 6.0;     // standard deviations
 // Deviations that count, relative to the focal length. Calibrations of one camera differ by 2 %,
 // and errors of its depth shift the estimate by as much.
 constexpr double kDeviates = 0.05;
-constexpr int kManyKeyframes = 20;    // with fewer, twice as much: they may all look one way
+constexpr int kManyKeyframes = 20;   // with fewer, twice as much: they may all look one way
 constexpr double kFarOffLens = 0.1;  // relative: poses are not to be trusted
 
 std::string WithSigma(double value, double sigma) {
