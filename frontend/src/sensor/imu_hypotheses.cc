@@ -31,10 +31,12 @@ constexpr double kSignificantOffset = 40.0;  // the same with one degree of free
 // that the online estimation copes with stays below the first; a hypothesis explains all below
 // the second.
 constexpr double kWrong = 0.35, kRight = 0.2;
-// RMS of the excess below which the images may be at fault: over 0.1 s [rad], and as an acceleration.
-// Images with focal lengths that are 2 % off bend positions by 2 % of the depth as they turn: at 3 m
-// and 1 rad/s, in half a second, by 0.2 m/s^2.
+// RMS of the excess below which the images may be at fault: over 0.1 s [rad], and as an
+// acceleration. Images with focal lengths that are 2 % off bend positions by 2 % of the depth as
+// they turn: at 3 m and 1 rad/s, in half a second, by 0.2 m/s^2.
 constexpr double kTurnError = 2e-3, kAccelerationError = 0.3;  // [rad], [m/s^2]
+// A camera this far from its IMU is doubtful by itself, and smaller errors count.
+constexpr double kLongArm = 0.5, kAccelerationErrorOfArm = 0.08;  // [m], [m/s^2]
 // Without another explanation: RMS rotation of the images over 0.1 s [rad], and the share of its
 // energy that remains.
 constexpr double kMuchTurn = 0.01, kUnexplained = 0.5;
@@ -200,7 +202,9 @@ class Judge {
     const double free = fit.FreeSquared();
     const double excess =
         fit.Squared(reading.accelerometer, reading.lever_arm, reading.lever_sigma) - free;
-    const double error = kAccelerationError * fit.mean_weight();
+    const double error =
+        (configured_.lever_arm.norm() > kLongArm ? kAccelerationErrorOfArm : kAccelerationError) *
+        fit.mean_weight();
     return fit.Signal() - free > kUnexplained * fit.Signal() &&
            excess > strictness_ * kSignificant * fit.Variance() &&
            excess > strictness_ * error * error * fit.size() &&
