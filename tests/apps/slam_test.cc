@@ -67,6 +67,17 @@ class SlamCommand : public ::testing::Test {
               "depth_factor: 5000\n");
   }
 
+  // A wall before the camera, with the noise of its depth.
+  void WriteBlankWall() const {
+    WriteBlank();
+    cv::RNG rng(1);
+    for (const fs::path& file : Images("depth")) {
+      cv::Mat depth(48, 64, CV_16UC1);
+      rng.fill(depth, cv::RNG::UNIFORM, 9'900, 10'100);
+      ASSERT_TRUE(cv::imwrite(file.string(), depth));
+    }
+  }
+
   std::vector<fs::path> Images(const std::string& kind) const {
     std::set<fs::path> files;
     for (const auto& entry : fs::directory_iterator(dataset() / kind)) files.insert(entry.path());
@@ -432,12 +443,12 @@ TEST_F(SlamCommand, RefusesAConfigurationThatIsNotThere) {
 }
 
 TEST_F(SlamCommand, RefusesImagesWithoutAnyTexture) {
-  WriteBlank();
+  WriteBlankWall();
   ExpectRefused({dataset().string() + ": no frame could be tracked"});
 }
 
 TEST_F(SlamCommand, ARunThatTracksNothingKeepsTheMapOfAnEarlierOne) {
-  WriteBlank();
+  WriteBlankWall();
   const fs::path map = dataset().parent_path() / "room.hwmap";
   WriteText(map, "precious");
   ExpectRefused({"no frame could be tracked"}, "--save-map " + map.string());

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <opencv2/core/mat.hpp>
+#include <opencv2/imgcodecs.hpp>
 
 #include "support/run_program.h"
 #include "support/small_room.h"
@@ -17,7 +19,6 @@ using nlohmann::json;
 using testing::Contains;
 using testing::Outcome;
 using testing::ReadText;
-using testing::WriteText;
 
 class SlamVerdict : public ::testing::Test {
  protected:
@@ -31,14 +32,12 @@ class SlamVerdict : public ::testing::Test {
                                                               " --overwrite " + options);
   }
   json Verdict() const { return json::parse(ReadText(run() / "run.json"))["verdict"]; }
-  // Depth five times as far, beyond what the dense map takes.
-  void MakeDepthFar() const {
-    const fs::path file = dataset() / "calibration.yaml";
-    std::string text = ReadText(file);
-    const std::size_t at = text.find("depth_factor:");
-    ASSERT_NE(at, std::string::npos) << text;
-    text.replace(at, text.find('\n', at) - at, "depth_factor: 1000");
-    WriteText(file, text);
+  void MakeDepthConstant() const {
+    for (const auto& file : fs::directory_iterator(dataset() / "depth")) {
+      const cv::Mat depth = cv::imread(file.path().string(), cv::IMREAD_UNCHANGED);
+      ASSERT_TRUE(
+          cv::imwrite(file.path().string(), cv::Mat(depth.size(), CV_16UC1, cv::Scalar(10'000))));
+    }
   }
 
  private:
@@ -56,14 +55,15 @@ TEST_F(SlamVerdict, ARightRecordingIsConsistent) {
       Contains(ReadText(run() / "report.html"), "Recording and configuration: consistent."));
 }
 
-TEST_F(SlamVerdict, AnEmptyDenseMapIsFoundAndStrictFails) {
-  MakeDepthFar();
+TEST_F(SlamVerdict, AContradictionIsSaidBeforeAndAfterAndFailsIfStrict) {
+  MakeDepthConstant();
   const Outcome outcome = Slam("");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_TRUE(Contains(outcome.out, "verdict     doubtful: ") ||
-              Contains(outcome.out, "verdict     not to be trusted: "))
-      << outcome.out;
-  EXPECT_TRUE(Contains(Verdict().dump(), "the dense map is empty")) << Verdict();
+  EXPECT_TRUE(outcome.err.starts_with("highwall slam: warning: depth is the same at all pixels"))
+      << outcome.err;
+  EXPECT_TRUE(Contains(outcome.out, "verdict     not to be trusted: ")) << outcome.out;
+  EXPECT_EQ(Verdict()["trust"], "not to be trusted");
+  EXPECT_EQ(Verdict()["findings"][0]["fault"], "constant depth");
   EXPECT_EQ(Slam("--strict").exit_code, 3);
 }
 

@@ -48,7 +48,7 @@ std::string Short(double value) {
 }
 
 std::string Percent(double share) {
-  return RoundedText(100.0 * share, 2) + " %";
+  return FixedText(100.0 * share, 0) + " %";
 }
 
 // Share of the readings between these stored values, by the quantiles that are known of them.
