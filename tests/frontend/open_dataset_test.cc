@@ -45,7 +45,9 @@ TEST(OpenDataset, ConvertsDepthByTheWholeSensor) {
   const TemporaryDirectory folder;
   WriteTum(folder.path(), {.raw_depth = 2000});
   RgbdSensor sensor{
-      .camera = {.width = 64, .height = 48}, .depth_factor = 1000.0, .inverse_depth_offset = 0.02};
+      .camera = {.width = 64, .height = 48, .fx = 50, .fy = 50, .cx = 31.5, .cy = 23.5},
+      .depth_factor = 1000.0,
+      .inverse_depth_offset = 0.02};
   sensor.depth_pattern.nodes.setConstant(0.03);
   const auto dataset = OpenDataset(folder.path(), sensor);
   EXPECT_NE(dynamic_cast<const TumDataset*>(dataset.get()), nullptr);

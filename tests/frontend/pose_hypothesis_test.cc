@@ -61,6 +61,22 @@ TEST(TrackingDiagnostics, TakesTheMostMatchesAndTheLatestMask) {
   EXPECT_EQ(diagnostics.shift, 12.0);
 }
 
+TEST(TrackerState, ACameraReachesWhatItsSpeedAllows) {
+  TrackerState state;
+  state.last.emplace().frame.stamp = FromSeconds(1.0);
+  const auto reaches = [&](double seconds, const Eigen::Vector3d& p, const Eigen::Vector3d& turn) {
+    TrackedFrame tracked;
+    tracked.frame.stamp = FromSeconds(1.0 + seconds);
+    tracked.T_WC = Pose::FromTangent(p, turn);
+    return state.IsReachable(tracked);
+  };
+  EXPECT_TRUE(reaches(0.5, {1.4, 0.0, 0.0}, {0.0, 0.0, 0.0}));
+  EXPECT_FALSE(reaches(0.5, {1.6, 0.0, 0.0}, {0.0, 0.0, 0.0})) << "3.2 m/s";
+  EXPECT_TRUE(reaches(0.1, {0.0, 0.0, 0.0}, {0.0, 0.59, 0.0}));
+  EXPECT_FALSE(reaches(0.1, {0.0, 0.0, 0.0}, {0.0, 0.61, 0.0})) << "6.1 rad/s";
+  EXPECT_FALSE(reaches(0.0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}));
+}
+
 // The sources of a camera that has mapped its first frame.
 class PoseSources : public ::testing::Test {
  protected:
