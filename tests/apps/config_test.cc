@@ -396,7 +396,7 @@ TEST(WriteConfig, IsReadBack) {
   const TemporaryDirectory folder;
   const auto path = folder.path() / "c.yaml";
   RunConfig config;
-  config.sensor.camera.fx = 517.3 / 3.0;
+  config.sensor.camera.fx = 1517.3 / 3.0;
   config.sensor.camera.k3 = -1e-7;
   config.sensor.depth_factor = 1000.0 / 0.97;
   config.sensor.min_depth = 0.1;

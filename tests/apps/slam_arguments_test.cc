@@ -127,6 +127,7 @@ std::vector<Case> Cases() {
       {"--json", json::object(), [](O) { return true; }},
       {"--report", json::object(), [](O) { return true; }},
       {"--overwrite", json::object(), [](O) { return true; }},
+      {"--strict", json::object(), [](O) { return true; }},
       {"--max-pair-difference 0.03", json::object(), [](O) { return true; }},
       {"--set tracker.min_support=31 --set mapper.wait=false", json::object(),
        [](O o) { return o.slam.tracker.min_support == 31 && !o.slam.mapper.wait; }},

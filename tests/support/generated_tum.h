@@ -17,6 +17,7 @@ struct GeneratedTum {
   int width = 64, height = 48;     // [px]
   std::uint16_t raw_depth = 5000;  // for all pixels except those of the first column, which are 0
   bool textured = false;           // noise in the colour image instead of a constant
+  int depth_step = 0;              // depth varies by so much, up and down twice, as if measured
 };
 
 inline std::string FrameName(int frame) {
@@ -29,6 +30,12 @@ inline void WriteTum(const std::filesystem::path& directory, const GeneratedTum&
   std::filesystem::create_directories(directory / "depth");
   std::string rgb = "# color images\n", depth = "# depth maps\n";
   cv::Mat raw(tum.height, tum.width, CV_16UC1, cv::Scalar(tum.raw_depth));
+  for (int v = 0; v < raw.rows; ++v) {
+    for (int u = 0; u < raw.cols; ++u) {
+      raw.at<std::uint16_t>(v, u) =
+          static_cast<std::uint16_t>(tum.raw_depth + ((u + 2 * v) % 5 - 2) * tum.depth_step);
+    }
+  }
   raw.col(0).setTo(0);
   for (int i = 0; i < tum.frames; ++i) {
     const std::string file = FrameName(i) + ".png";
