@@ -17,7 +17,10 @@ constexpr double kSignificant = 6.0;     // standard deviations
 // Deviations that count, relative to the focal length. Calibrations of one camera differ by 2 %,
 // and errors of its depth shift the estimate by as much.
 constexpr double kDeviates = 0.05;
-constexpr int kManyKeyframes = 20;   // with fewer, twice as much: they may all look one way
+constexpr int kManyKeyframes = 20;  // with fewer, twice as much: they may all look one way
+// Twice as much for the principal point: a camera that hardly rolls or pitches, as on a vehicle,
+// sees a shift of it as a constant rotation.
+constexpr double kOfCentre = 2.0;
 constexpr double kFarOffLens = 0.1;  // relative: poses are not to be trusted
 
 std::string WithSigma(double value, double sigma) {
@@ -55,7 +58,8 @@ std::optional<SensorFinding> CompareLens(const PinholeCamera& camera,
   const auto deviates = [&](int i) {
     // The larger focal length: a wrong one is too small or too large.
     const double focal = std::max(known[i % 2], estimate.intrinsics[i % 2]);
-    if (off[i] <= std::max(tolerance * focal, kSignificant * estimate.sigma[i])) return false;
+    const double least = (i < 2 ? 1.0 : kOfCentre) * tolerance * focal;
+    if (off[i] <= std::max(least, kSignificant * estimate.sigma[i])) return false;
     worst = std::max(worst, off[i] / focal);
     return true;
   };
