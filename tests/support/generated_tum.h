@@ -24,21 +24,27 @@ inline std::string FrameName(int frame) {
   return std::to_string(100 + frame);
 }
 
+inline cv::Mat DepthOf(const GeneratedTum& tum, int frame) {
+  cv::Mat raw(tum.height, tum.width, CV_16UC1, cv::Scalar(tum.raw_depth));
+  for (int v = 0; v < raw.rows; ++v) {
+    for (int u = 0; u < raw.cols; ++u) {
+      const int steps = (u + 2 * v + frame) % 5 - 2;
+      raw.at<std::uint16_t>(v, u) =
+          static_cast<std::uint16_t>(tum.raw_depth + steps * tum.depth_step);
+    }
+  }
+  raw.col(0).setTo(0);
+  return raw;
+}
+
 // Colour stamps 100.00, 100.10, ...; depth 5 ms later; frame i is filled with the colour (i, 2, 3).
 inline void WriteTum(const std::filesystem::path& directory, const GeneratedTum& tum = {}) {
   std::filesystem::create_directories(directory / "rgb");
   std::filesystem::create_directories(directory / "depth");
   std::string rgb = "# color images\n", depth = "# depth maps\n";
-  cv::Mat raw(tum.height, tum.width, CV_16UC1, cv::Scalar(tum.raw_depth));
-  for (int v = 0; v < raw.rows; ++v) {
-    for (int u = 0; u < raw.cols; ++u) {
-      raw.at<std::uint16_t>(v, u) =
-          static_cast<std::uint16_t>(tum.raw_depth + ((u + 2 * v) % 5 - 2) * tum.depth_step);
-    }
-  }
-  raw.col(0).setTo(0);
   for (int i = 0; i < tum.frames; ++i) {
     const std::string file = FrameName(i) + ".png";
+    const cv::Mat raw = DepthOf(tum, i);
     cv::Mat colour(tum.height, tum.width, CV_8UC3, cv::Scalar(i, 2, 3));
     if (tum.textured)
       cv::RNG(static_cast<std::uint64_t>(i) + 1).fill(colour, cv::RNG::UNIFORM, 0, 255);
