@@ -171,13 +171,19 @@ void AddSizeProblem(const PinholeCamera& camera, DatasetReport* report) {
                              std::to_string(camera.width) + " x " + std::to_string(camera.height));
 }
 
+// Whether the images are likely of a sensor with another depth factor.
+bool NamesAnotherFactor(const DepthReport& depth, double depth_factor) {
+  return !depth.guesses.empty() && depth.guesses.front().probability >= kLikely &&
+         ProbabilityOfFactor(depth.guesses, depth_factor) < kContradicted;
+}
+
 // Reports contradictions between the depth images and the assumed sensor.
 void AddDepthProblems(const RgbdSensor& sensor, DatasetReport* report) {
   const DepthReport& depth = report->depth_images;
   if (depth.guesses.empty()) return;
   const DepthGuess& best = depth.guesses.front();
   const double factor = sensor.depth_factor;
-  if (best.probability >= kLikely && ProbabilityOfFactor(depth.guesses, factor) < kContradicted) {
+  if (NamesAnotherFactor(depth, factor)) {
     report->problems.push_back("the depth looks like " + Describe(best) +
                                ", but the calibration says " + Short(factor));
   }
@@ -210,10 +216,11 @@ bool IsChecked(std::size_t frame, std::size_t frames) {
   return false;
 }
 
-// Appends what DepthCheck finds. The depth factor has its own problem: AddDepthProblems().
-void AddFindings(const DepthCheck& check, DatasetReport* report) {
+// Appends what DepthCheck finds, except for a depth factor that AddDepthProblems() names.
+void AddFindings(const DepthCheck& check, double depth_factor, DatasetReport* report) {
+  const bool named = NamesAnotherFactor(report->depth_images, depth_factor);
   for (const SensorFinding& finding : check.Findings()) {
-    if (finding.fault == SensorFault::kDepthScale) continue;
+    if (named && finding.fault == SensorFault::kDepthScale) continue;
     report->problems.push_back(Line(finding));
   }
 }
@@ -249,13 +256,13 @@ void ReadFrames(const TumDataset& dataset, const RgbdSensor& sensor,
   report->dark_colour = images.dark();
   report->plain_colour = images.plain();
   report->problems = images.Problems();
-  AddFindings(check, report);
   report->width = size.width;
   report->height = size.height;
   report->measured_share = static_cast<double>(measured) / static_cast<double>(pixels);
   report->depth_images.statistics = survey.Describe();
   report->depth_images.guesses =
       IdentifyDepthSensor(report->depth_images.statistics, sensor.depth_factor);
+  AddFindings(check, sensor.depth_factor, report);
 }
 
 // Returns the dataset's own configuration: its camera is checked here, its depth factor is used.

@@ -284,14 +284,14 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (options.dense) RequireMemory(dataset, sensor.camera, options.map.octree);
   if (arguments.deterministic) cv::setNumThreads(1);  // same result, but single-threaded
   std::vector<std::string> warnings;
-  options.imu = ReadImuFeed(arguments, opened, &warnings);
   options.before = ExamineRecording(dataset, sensor, options.begin, options.end);
+  for (const SensorFinding& finding : options.before.findings) {
+    fmt::print(stderr, "highwall slam: warning: {}\n", Line(finding));
+  }
+  options.imu = ReadImuFeed(arguments, opened, &warnings, &options.before);
   options.gps = ReadGpsFeed(arguments, opened, options.imu.has_value());
   for (const std::string& warning : warnings) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
-  }
-  for (const SensorFinding& finding : options.before.findings) {
-    fmt::print(stderr, "highwall slam: warning: {}\n", Line(finding));
   }
   RunOutput output(arguments.out, arguments.save_map, arguments.load_map);
   if (!arguments.localize) options.keep_map = std::filesystem::path(arguments.out) / kMapFile;

@@ -12,6 +12,7 @@
 #include <highwall/frontend/features/depth_correction.h>
 
 #include "files/json_text.h"
+#include "run/run_output.h"
 
 namespace highwall::apps {
 namespace {
@@ -58,13 +59,14 @@ DepthOfRun::DepthOfRun(const std::filesystem::path& run) {
     pattern_.Validate();
     timing_.Validate();
     const std::string rows = report.value(JsonPlace("/options/frame_timing"), "ignored");
-    if (rows == "ignored" || !std::filesystem::exists(run / "trajectory.txt")) return;
+    const std::filesystem::path poses = run / NameOfSubmap(kTrajectoryFile, FirstPlace(report));
+    if (rows == "ignored" || !std::filesystem::exists(poses)) return;
+    trajectory_ = ReadTumTrajectory(poses);
   } catch (const nlohmann::json::exception& error) {
     throw IoError(run / "run.json", std::string("is not that of a run: ") + error.what());
   } catch (const InvalidArgument& error) {
     throw IoError(run / "run.json", error.what());
   }
-  trajectory_ = ReadTumTrajectory(run / "trajectory.txt");
 }
 
 cv::Mat DepthOfRun::Correct(const RgbdImage& image, const PinholeCamera& camera) const {

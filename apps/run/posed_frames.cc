@@ -64,8 +64,8 @@ std::optional<Pose> PoseAt(const Trajectory& trajectory, Stamp stamp) {
 // Returns the poses of the frames of a run as they were tracked, which a killed run leaves; those
 // of a run that has not recognized its loaded map have a name of their own.
 std::filesystem::path CausalPoses(const std::filesystem::path& source) {
-  const std::filesystem::path own = source / NameOfSubmap(kCausalFile, 1);
-  return std::filesystem::exists(own) ? own : source / kCausalFile;
+  const std::filesystem::path first = source / kCausalFile;
+  return std::filesystem::exists(first) ? first : source / NameOfSubmap(kCausalFile, 1);
 }
 
 // A killed run leaves the poses of its frames, but not the name of its dataset.

@@ -13,9 +13,12 @@ SensorVerdict ExamineRecording(const Dataset& dataset, const RgbdSensor& sensor,
   for (SensorFinding& finding : CheckDepth(dataset, sensor, begin, end)) {
     verdict.Add(std::move(finding));
   }
+  SensorFinding stamps{.fault = SensorFault::kStamps, .trust = Trust::kDoubtful};
   for (const StampFinding& finding : CheckStamps(dataset)) {
-    verdict.Add({SensorFault::kStamps, Trust::kDoubtful, finding.text, finding.remedy});
+    stamps.text += (stamps.text.empty() ? "" : "; ") + finding.text;
+    stamps.remedy += (stamps.remedy.empty() ? "" : "; ") + finding.remedy;
   }
+  if (!stamps.text.empty()) verdict.Add(std::move(stamps));
   return verdict;
 }
 

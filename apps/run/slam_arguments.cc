@@ -180,14 +180,19 @@ bool WantsImu(const SlamArguments& arguments) {
 }
 
 std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
-                                   std::vector<std::string>* warnings) {
+                                   std::vector<std::string>* warnings, SensorVerdict* verdict) {
   if (!WantsImu(arguments)) return std::nullopt;
+  const auto refuse = [&](const std::string& reason) {
+    verdict->Add({SensorFault::kImuReadings, Trust::kDoubtful, reason,
+                  "the images are used alone; highwall info lists the faults of the readings"});
+  };
   std::optional<ImuInput> input;
   try {
     input = LoadImu(*dataset.images, dataset.config.imu);
   } catch (const IoError& error) {  // the images can still be tracked
     if (!arguments.imu.empty()) throw;
     warnings->push_back(std::string(error.what()) + "; the IMU is not used");
+    refuse("the file of the IMU cannot be read");
     return std::nullopt;
   }
   if (!input) {
@@ -195,7 +200,10 @@ std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedD
     throw IoError(arguments.dataset, "has no IMU (imu.csv), but --imu asks for one");
   }
   warnings->insert(warnings->end(), input->warnings.begin(), input->warnings.end());
-  if (!input->IsUsable()) return std::nullopt;
+  if (!input->IsUsable()) {
+    refuse("the readings of the IMU cannot be used: " + input->findings.front().text);
+    return std::nullopt;
+  }
   return ImuFeed{input->calibration, std::move(input->samples)};
 }
 

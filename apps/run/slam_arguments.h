@@ -58,10 +58,10 @@ SlamRunOptions MakeOptions(const SlamArguments& arguments);
 // Whether to use the IMU readings of the dataset, if it has any.
 bool WantsImu(const SlamArguments& arguments);
 // Returns these readings; empty if there are none or they are unusable. Appends problems with them
-// to `warnings`, one per line. With --imu, throws IoError as LoadImu() and for a dataset without an
-// IMU.
+// to `warnings`, one per line, and adds a finding to `verdict` if the IMU cannot be used. With
+// --imu, throws IoError as LoadImu() and for a dataset without an IMU.
 std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
-                                   std::vector<std::string>* warnings);
+                                   std::vector<std::string>* warnings, SensorVerdict* verdict);
 // Returns the GPS data of the dataset; empty if there is none or it is disabled. It is not used in
 // localization-only mode, where the map is fixed. with_imu: see LoadGps(), whose errors are thrown.
 std::optional<GpsFeed> ReadGpsFeed(const SlamArguments& arguments, const OpenedDataset& dataset,

@@ -428,24 +428,38 @@ void SaveTrace(const SlamRunOptions& options, const RunProfile& profile, SlamRun
   Attempt("trace", &run->failures, [&] { WriteTrace(options.trace, profile.trace()); });
 }
 
-// Returns everything that was found before, during and after tracking.
+bool IsOfImu(const SensorFinding& finding) {
+  return finding.fault >= SensorFault::kImuMount && finding.fault <= SensorFault::kImuInconsistent;
+}
+
+// Returns everything that was found before, during and after tracking. report: called for what is
+// found only now; may be empty.
 SensorVerdict VerdictOf(const SlamRun& run, const SlamRunOptions& options,
-                        const SensorVerdict& tracked) {
+                        const SensorVerdict& tracked, const FindingCallback& report) {
   SensorVerdict verdict = options.before;
   for (const SensorFinding& finding : tracked.findings) verdict.Add(finding);
+  const auto add = [&](const SensorFinding& finding) {
+    if (verdict.Add(finding) && report) report(finding);
+  };
+  if (run.inertial && run.inertial->last.status == InertialStatus::kGivenUp &&
+      std::ranges::none_of(verdict.findings, IsOfImu)) {
+    add({SensorFault::kImuInconsistent, Trust::kDoubtful,
+         "the IMU is not used: " + run.inertial->last.reason,
+         "check the section imu of calibration.yaml with highwall calibrate"});
+  }
   if (!run.map_met && !run.largest.trajectory.empty()) {
-    verdict.Add({SensorFault::kMapNotMet, Trust::kDoubtful,
-                 "the loaded map was never recognized: the poses are in a world of their own",
-                 "give the map of this place, or leave --load-map out"});
+    add({SensorFault::kMapNotMet, Trust::kDoubtful,
+         "the loaded map was never recognized: the poses are in a world of their own",
+         "give the map of this place, or leave --load-map out"});
   }
   if (options.load_map.empty()) {
-    if (auto losses = UnexplainedLosses(run.loss_reasons, run.frames)) verdict.Add(*losses);
+    if (auto losses = UnexplainedLosses(run.loss_reasons, run.frames)) add(*losses);
   }
   const auto& dense = run.largest.dense;
   if (dense && dense->cloud.size() == 0 && run.keyframes.size() > 1) {
-    verdict.Add({SensorFault::kEmptyMap, Trust::kDoubtful,
-                 "the dense map is empty: hardly any depth reading is in the sensor's range",
-                 "check depth_factor and depth_range with highwall info"});
+    add({SensorFault::kEmptyMap, Trust::kDoubtful,
+         "the dense map is empty: hardly any depth reading is in the sensor's range",
+         "check depth_factor and depth_range with highwall info"});
   }
   return verdict;
 }
@@ -552,7 +566,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   mapping.Complete();
   const SensorVerdict verdict = End(std::move(slam));
   mapping.Finish(&run);
-  run.verdict = VerdictOf(run, options, verdict);
+  run.verdict = VerdictOf(run, options, verdict, callbacks.on_finding);
   run.seconds = stopwatch.Seconds();
   run.processor = profile.processor_seconds();
   SaveTrace(options, profile, &run);

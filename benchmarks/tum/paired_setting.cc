@@ -166,7 +166,7 @@ OwnSetting::OwnSetting(const std::string& setting, const std::filesystem::path& 
     options_.map.cloud.max_depth = options_.map.octree.max_range = kPaperRange;
   }
   std::vector<std::string> warnings = dataset_.images->warnings();
-  options_.imu = apps::ReadImuFeed(arguments, dataset_, &warnings);
+  options_.imu = apps::ReadImuFeed(arguments, dataset_, &warnings, &options_.before);
   options_.gps = apps::ReadGpsFeed(arguments, dataset_, options_.imu.has_value());
   for (const std::string& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
 }

@@ -248,8 +248,8 @@ std::vector<ImuAlignment::Arc> ImuAlignment::Arcs(const ClockRelation& clock) co
   struct Interval {
     bool usable = false;
     double middle = 0.0, duration = 0.0;
-    Eigen::Matrix3d R_WC;
-    Eigen::Vector3d force;
+    Eigen::Matrix3d R_WC = Eigen::Matrix3d::Identity();
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
   };
   std::vector<Interval> intervals;
   for (std::size_t i = 0; i + 1 < poses_.size(); ++i) {

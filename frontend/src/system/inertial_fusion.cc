@@ -97,7 +97,7 @@ Pose SlamSystem::Impl::ForgetImu() {
     const auto frame = std::ranges::lower_bound(frames, seen.stamp, {}, &PosedFrame::stamp);
     if (frame != frames.end() && frame->stamp == seen.stamp) frame->pose = seen.pose;
   }
-  map_.SetGravity(std::nullopt, submap_);
+  if (last_given_keyframe_ == kNoId) map_.SetGravity(std::nullopt, submap_);
   NotifyMoved();
   return T_new_old;
 }

@@ -1,5 +1,7 @@
 #include "tracking/tracker_state.h"
 
+#include <algorithm>
+
 #include "map/covisibility.h"
 
 namespace highwall {
@@ -32,7 +34,8 @@ bool TrackerState::IsContinuous(const Twist& expected, const TrackedFrame& track
 bool TrackerState::IsReachable(const TrackedFrame& tracked) const {
   // Above those of a hand that films, or of a vehicle before the scene of a depth camera.
   constexpr double kMaxSpeed = 3.0, kMaxAngularSpeed = 6.0;  // [m/s], [rad/s]
-  const double dt = SinceLast(tracked.frame);
+  constexpr double kLongestPause = 1.0;  // [s] stamps in another unit may be any time apart
+  const double dt = std::min(SinceLast(tracked.frame), kLongestPause);
   if (!(dt > 0.0)) return false;
   const Twist found = Twist::Between(last->T_WC.Inverse() * tracked.T_WC, dt);
   return found.v.norm() <= kMaxSpeed && found.omega.norm() <= kMaxAngularSpeed;

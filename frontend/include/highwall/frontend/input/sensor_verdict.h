@@ -49,7 +49,7 @@ const char* ToString(Trust trust);
 struct SensorFinding {
   SensorFault fault = SensorFault::kDepthInconsistent;
   Trust trust = Trust::kDoubtful;  // what it leaves of the results
-  std::string text;                // what is wrong and by how much; a sentence without its period
+  std::string text{};              // what is wrong and by how much; a sentence without its period
   std::string remedy{};            // what to do, or the command that finds out; may be empty
 };
 
