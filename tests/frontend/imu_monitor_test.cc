@@ -24,7 +24,9 @@ TEST(ImuMonitor, ARunningImuIsGivenUpWhenItsGyroscopeTurnsRound) {
   for (const InertialReport& report : drive.reports) {
     abandoned += report.abandoned ? 1 : 0;
     findings += report.finding ? 1 : 0;
-    if (report.finding) EXPECT_FALSE(report.finding->text.empty());
+    if (report.finding) {
+      EXPECT_FALSE(report.finding->text.empty());
+    }
   }
   EXPECT_GE(abandoned, 1);
   EXPECT_GE(findings, 1);
