@@ -216,9 +216,14 @@ bool IsChecked(std::size_t frame, std::size_t frames) {
   return false;
 }
 
-// Appends what DepthCheck finds, except for a depth factor that AddDepthProblems() names.
-void AddFindings(const DepthCheck& check, double depth_factor, DatasetReport* report) {
-  const bool named = NamesAnotherFactor(report->depth_images, depth_factor);
+// Appends what DepthCheck finds, except for a depth factor that AddDepthProblems() or a warning of
+// the dataset names.
+void AddFindings(const DepthCheck& check, double depth_factor, const Dataset& dataset,
+                 DatasetReport* report) {
+  const bool named = NamesAnotherFactor(report->depth_images, depth_factor) ||
+                     std::ranges::any_of(dataset.warnings(), [](const std::string& warning) {
+                       return warning.find("depth factor") != std::string::npos;
+                     });
   for (const SensorFinding& finding : check.Findings()) {
     if (named && finding.fault == SensorFault::kDepthScale) continue;
     report->problems.push_back(Line(finding));
@@ -262,7 +267,7 @@ void ReadFrames(const TumDataset& dataset, const RgbdSensor& sensor,
   report->depth_images.statistics = survey.Describe();
   report->depth_images.guesses =
       IdentifyDepthSensor(report->depth_images.statistics, sensor.depth_factor);
-  AddFindings(check, sensor.depth_factor, report);
+  AddFindings(check, sensor.depth_factor, dataset, report);
 }
 
 // Returns the dataset's own configuration: its camera is checked here, its depth factor is used.
