@@ -29,7 +29,7 @@ Trial RunStated(const StatedSequence& sequence);
 // Returns the recording with the wrong statement. Without the IMU unless the misuse concerns it.
 StatedSequence Misstate(const TrueRecording& recording, const Misuse& misuse);
 
-// Whether the user is told anything.
+// Whether anything is reported to the user.
 bool IsDetected(const Trial& trial);
 // Whether a finding has one of the names. An error that ends the run is as good a name for stamps.
 bool IsNamed(const Trial& trial, const std::vector<SensorFault>& expected);

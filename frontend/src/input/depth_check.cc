@@ -237,13 +237,13 @@ std::vector<SensorFinding> DepthCheck::Findings() const {
   }
   if (values.HasSwappedBytes()) return {SwappedBytes()};
   std::vector<SensorFinding> findings;
-  const std::optional<PlaceholderValue> placeholder = values.Placeholder();
-  if (placeholder && placeholder->value <= sensor_.max_depth * sensor_.depth_factor) {
+  const std::optional<SentinelValue> sentinel = values.Sentinel();
+  if (sentinel && sentinel->value <= sensor_.max_depth * sensor_.depth_factor) {
     findings.push_back(
         {SensorFault::kDepthSaturated, Trust::kDoubtful,
-         Percent(placeholder->share) + " of the depth pixels hold the value " +
-             std::to_string(placeholder->value) + ", far above all others: it is no reading of " +
-             Short(placeholder->value / sensor_.depth_factor) + " m",
+         Percent(sentinel->share) + " of the depth pixels hold the value " +
+             std::to_string(sentinel->value) + ", far above all others: it is no reading of " +
+             Short(sentinel->value / sensor_.depth_factor) + " m",
          "store 0 where nothing was measured, or set depth_range: {max: ...} below it"});
   }
   if (tests_->bend.inverse() >= kInverseImages &&

@@ -16,8 +16,8 @@ constexpr double kUniform = 0.98;  // of the readings: even a wall shows the noi
 constexpr double kOtherView = 4.0;
 constexpr double kWild = 0.03;     // mean relative step from a reading to the next, edges included
 constexpr double kSmoother = 4.0;  // ratio of such steps
-constexpr double kLeastPlaceholders = 0.01;  // share of the pixels
-// of the placeholders: the readings in the upper half of the values below them
+constexpr double kLeastSentinels = 0.01;  // share of the pixels
+// of the sentinels: the readings in the upper half of the values below them
 constexpr double kMostBetween = 0.02;
 
 std::uint16_t Swapped(std::uint16_t value) {
@@ -97,7 +97,7 @@ bool DepthValues::HasSwappedBytes() const {
   });
 }
 
-std::optional<PlaceholderValue> DepthValues::Placeholder() const {
+std::optional<SentinelValue> DepthValues::Sentinel() const {
   if (highest_.empty()) return std::nullopt;
   const std::size_t value = *std::ranges::max_element(highest_);
   if (!HoldsForNearlyAll(highest_.size(), [&](std::size_t i) { return highest_[i] == value; })) {
@@ -110,10 +110,10 @@ std::optional<PlaceholderValue> DepthValues::Placeholder() const {
   for (std::size_t below = from; below < value; ++below) between += histogram_[below];
   const auto count = static_cast<double>(histogram_[value]);
   const double share = count / static_cast<double>(pixels);
-  if (share < kLeastPlaceholders || static_cast<double>(between) > kMostBetween * count) {
+  if (share < kLeastSentinels || static_cast<double>(between) > kMostBetween * count) {
     return std::nullopt;
   }
-  return PlaceholderValue{static_cast<int>(value), share};
+  return SentinelValue{static_cast<int>(value), share};
 }
 
 }  // namespace highwall

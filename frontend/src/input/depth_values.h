@@ -9,13 +9,13 @@
 
 namespace highwall {
 
-// A stored value that takes many pixels, far above all others.
-struct PlaceholderValue {
+// A sentinel: a stored value that stands for "no reading", in many pixels and far above all others.
+struct SentinelValue {
   int value = 0;
   double share = 0.0;  // of all pixels
 };
 
-// Tells by the stored values of depth images whether they can be depth at all
+// Tests by the stored values of depth images whether they can be depth at all
 // (docs/misconfiguration.md).
 class DepthValues {
  public:
@@ -30,7 +30,7 @@ class DepthValues {
   // of each are exchanged.
   bool HasSwappedBytes() const;
   // Returns the value that stands for "no reading", if it is not 0.
-  std::optional<PlaceholderValue> Placeholder() const;
+  std::optional<SentinelValue> Sentinel() const;
 
  private:
   std::vector<double> commonest_{};  // share of the commonest value among the readings, by image
