@@ -40,7 +40,7 @@
 #include "run/output_checks.h"
 #include "run/posed_frames.h"
 #include "run/recording_identity.h"
-#include "run/run_output.h"
+#include "run/run_files.h"
 
 namespace highwall::apps {
 namespace {

@@ -24,7 +24,7 @@
 #include "run/folder_lock.h"
 #include "run/merged_run.h"
 #include "run/output_checks.h"
-#include "run/run_output.h"
+#include "run/run_files.h"
 
 namespace highwall::apps {
 namespace {

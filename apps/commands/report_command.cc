@@ -20,7 +20,7 @@
 #include "run/output_checks.h"
 #include "run/recording_identity.h"
 #include "run/run_dataset.h"
-#include "run/run_output.h"
+#include "run/run_files.h"
 
 namespace highwall::apps {
 namespace {

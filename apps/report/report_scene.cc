@@ -14,7 +14,7 @@
 #include <highwall/mapping/map_comparison.h>
 
 #include "report/base64.h"
-#include "run/run_output.h"
+#include "run/run_files.h"
 
 namespace highwall::apps {
 namespace {

@@ -22,7 +22,7 @@
 #include "run/finished_run.h"
 #include "run/recording_identity.h"
 #include "run/run_dataset.h"
-#include "run/run_output.h"
+#include "run/run_files.h"
 
 namespace highwall::apps {
 namespace {

@@ -12,7 +12,7 @@
 #include <highwall/frontend/features/depth_correction.h>
 
 #include "files/json_text.h"
-#include "run/run_output.h"
+#include "run/run_files.h"
 
 namespace highwall::apps {
 namespace {

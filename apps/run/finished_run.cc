@@ -12,7 +12,7 @@
 
 #include "files/json_text.h"
 #include "run/run_dataset.h"
-#include "run/run_output.h"
+#include "run/run_files.h"
 #include "run/run_report.h"
 
 namespace highwall::apps {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "files/json_text.h"
-#include "run/run_output.h"
+#include "run/run_files.h"
 
 namespace highwall::apps {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "files/json_text.h"
 #include "run/run_dataset.h"
-#include "run/run_output.h"
+#include "run/run_files.h"
 
 namespace highwall::apps {
 namespace {

@@ -17,7 +17,7 @@
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include "files/json_text.h"
-#include "run/run_output.h"
+#include "run/run_files.h"
 
 namespace highwall::apps {
 namespace {

@@ -22,7 +22,6 @@
 namespace highwall::apps {
 namespace {
 
-constexpr const char* kOfRun = "trajectory_run";
 constexpr const char* kGrid = "grid.yaml";
 constexpr const char* kGridImage = "grid.pgm";
 constexpr const char* kImuPlot = "imu.svg";
@@ -57,7 +56,7 @@ bool IsSameFile(const std::filesystem::path& a, const std::filesystem::path& b) 
 
 // Whether `file` is TrajectoryOfRun() of some run, in any submap.
 bool IsOfRun(const std::string& file) {
-  static const std::regex pattern(std::string(kOfRun) + "[0-9]+(_[0-9]+)?\\.txt");
+  static const std::regex pattern(R"(trajectory_run[0-9]+(_[0-9]+)?\.txt)");
   return std::regex_match(file, pattern);
 }
 
@@ -127,23 +126,8 @@ void Append(const StampedPose& pose, std::optional<TrajectoryLog>& log) {
 
 }  // namespace
 
-std::string NameOfSubmap(const std::string& name, std::size_t place) {
-  if (place == 0) return name;
-  const std::filesystem::path path(name);
-  return path.stem().string() + "_" + std::to_string(place + 1) + path.extension().string();
-}
-
 std::size_t FirstPlace(const SlamRun& run) {
   return run.map_met ? 0 : 1;
-}
-
-std::size_t FirstPlace(const nlohmann::json& report) {
-  const auto met = report.is_object() ? report.find("loaded_map_met") : report.end();
-  return met != report.end() && *met == false ? 1 : 0;
-}
-
-std::string TrajectoryOfRun(std::size_t run) {
-  return kOfRun + std::to_string(run + 1) + ".txt";
 }
 
 void BeginFolder(const std::filesystem::path& folder, std::span<const std::filesystem::path> kept) {
