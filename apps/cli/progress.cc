@@ -35,7 +35,7 @@ Progress::Progress(std::string label, std::chrono::milliseconds interval)
     : on_terminal_(::isatty(STDERR_FILENO) == 1), label_(std::move(label)) {
   static constexpr std::chrono::milliseconds kRedraw{100};
   writer_ = std::thread([this, interval] {
-    NameThread("progress");
+    SetUpThread({"progress"});
     Run(on_terminal_ ? kRedraw : interval);
   });
 }

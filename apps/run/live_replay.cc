@@ -10,7 +10,7 @@ LiveReplay::LiveReplay(const Dataset& dataset, const FrameReaderOptions& options
     : reader_(dataset, options),
       thread_(
           [this, label = ThreadLabel{"live replay", options.profile}](const std::stop_token& stop) {
-            NameThread(label.name);
+            SetUpThread(label);
             const ProfiledThread profiled(label);
             Play(stop);
           }) {}

@@ -11,7 +11,7 @@ BackgroundWorker::BackgroundWorker(std::size_t backlog, IdleTask idle_task,
     : backlog_(backlog), idle_task_(std::move(idle_task)), has_idle_work_(idle_task_ != nullptr) {
   HIGHWALL_REQUIRE(backlog >= 1, "the backlog of a BackgroundWorker must be at least 1");
   thread_ = std::jthread([this, label](const std::stop_token& end) {
-    NameThread(label.name);
+    SetUpThread(label);
     const ProfiledThread profiled(label);
     Serve(end);
   });

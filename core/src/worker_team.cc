@@ -7,7 +7,7 @@ namespace highwall {
 WorkerTeam::WorkerTeam(std::size_t workers, const ThreadLabel& label) {
   for (std::size_t worker = 1; worker < workers; ++worker) {
     threads_.emplace_back([this, worker, label](std::stop_token stop) {
-      NameThread(label.name);
+      SetUpThread(label);
       const ProfiledThread profiled(label);
       Serve(worker, std::move(stop));
     });

@@ -76,7 +76,7 @@ struct DenseMapper::Impl {
         filter(camera, options.cloud.voxel_size) {
     if (!options.background) return;
     worker.emplace(
-        options.backlog, [this] { return Follow(kSlice); }, ThreadLabel{"dense mapping", profile});
+        options.backlog, [this] { return Follow(kSlice); }, ThreadLabel{"dense mapping", profile, ThreadPriority::kBackground});
   }
 
   // Runs `work` on the worker's thread, or here if there is no worker.

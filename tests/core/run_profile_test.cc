@@ -1,7 +1,10 @@
 #include <highwall/internal/run_profile.h>
 
 #include <pthread.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -158,6 +161,25 @@ std::string NameOfThisThread() {
   char name[16] = "";
   ::pthread_getname_np(::pthread_self(), name, sizeof(name));
   return name;
+}
+
+int NiceValueOfThisThread() {
+  return ::getpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()));
+}
+
+TEST(ThreadLabel, LowersThePriorityOfBackgroundThreadsOnly) {
+  const int of_caller = NiceValueOfThisThread();
+  int of_normal = 0, of_background = 0;
+  BackgroundTask normal(
+      true, [&](const std::stop_token&) { of_normal = NiceValueOfThisThread(); }, {"normal"});
+  BackgroundTask background(
+      true, [&](const std::stop_token&) { of_background = NiceValueOfThisThread(); },
+      {"background", nullptr, ThreadPriority::kBackground});
+  normal.Wait();
+  background.Wait();
+  EXPECT_EQ(of_normal, of_caller);
+  EXPECT_EQ(of_background, std::min(of_caller + 10, 19));
+  EXPECT_EQ(NiceValueOfThisThread(), of_caller);
 }
 
 TEST(ThreadLabel, NamesTheThreadsOfTasksAndTeams) {

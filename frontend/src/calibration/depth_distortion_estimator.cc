@@ -60,7 +60,7 @@ class DepthDistortionEstimator::Job {
         solver_threads_(std::max(1, finder.threads_)),
         profile_(finder.profile_),
         task_(finder.threads_ > 0, [this](const std::stop_token& stop) { Run(stop); },
-              {"depth pattern", profile_}) {}
+              {"depth pattern", profile_, ThreadPriority::kBackground}) {}
 
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }

@@ -17,7 +17,7 @@ FrameReader::FrameReader(const Dataset& dataset, const FrameReaderOptions& optio
   if (prefetch_ > 0) {
     thread_ = std::jthread([this](const std::stop_token& stop) {
       const ThreadLabel label{"decoding", profile_};
-      NameThread(label.name);
+      SetUpThread(label);
       const ProfiledThread profiled(label);
       Prefetch(stop);
     });

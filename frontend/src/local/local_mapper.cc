@@ -73,7 +73,7 @@ class LocalMapper::Adjustment {
                 const StageTimer timer(profile, "local adjustment");
                 bundle_->Solve(stop);
               },
-              {"local mapping", profile}) {}
+              {"local mapping", profile, ThreadPriority::kBackground}) {}
 
   KeyFrameId keyframe() const { return keyframe_; }
   SubmapId submap() const { return submap_; }

@@ -153,7 +153,7 @@ class FactorAdjuster::Job {
         solver_threads_(std::max(1, threads)),
         profile_(profile),
         task_(threads > 0, [this](const std::stop_token& stop) { Run(stop); },
-              {"user factors", profile}) {}
+              {"user factors", profile, ThreadPriority::kBackground}) {}
 
   // Ends the job after the current iteration; so does the destructor.
   void Cancel() { task_.Cancel(); }

@@ -32,7 +32,7 @@ class LoopCloser::Job {
         bundle_(bundle),
         solver_threads_(std::max(1, threads)),
         profile_(profile),
-        task_(threads > 0, [this](const std::stop_token& stop) { Run(stop); }, {"loops", profile}) {
+        task_(threads > 0, [this](const std::stop_token& stop) { Run(stop); }, {"loops", profile, ThreadPriority::kBackground}) {
   }
 
   // Ends the job after the current iteration; so does the destructor.

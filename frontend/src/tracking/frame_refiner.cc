@@ -63,7 +63,7 @@ class FrameRefiner::Job {
         tracker_(refiner.tracker_),
         profile_(refiner.profile_),
         task_(refiner.background_, [this](const std::stop_token& stop) { Run(stop); },
-              {"refinement", profile_}) {}
+              {"refinement", profile_, ThreadPriority::kBackground}) {}
 
   void Cancel() { task_.Cancel(); }
   bool IsDone() const { return task_.IsDone(); }

@@ -80,14 +80,22 @@ class RunProfile {
   double decoding_ = 0.0;
 };
 
-// Name of a thread, and the profile that it is registered in.
+// Priority of a thread where threads compete for the processors.
+enum class ThreadPriority {
+  kNormal,
+  // Below kNormal: for work that may finish later, so that frames do not.
+  kBackground,
+};
+
+// Name of a thread, the profile that it is registered in, and its priority.
 struct ThreadLabel {
   const char* name = "highwall";  // a literal of at most 15 characters
   RunProfile* profile = nullptr;  // null: none; must outlive the thread
+  ThreadPriority priority = ThreadPriority::kNormal;
 };
 
-// Names the calling thread, for debuggers and top.
-void NameThread(const char* name);
+// Gives the calling thread the name of its label, for debuggers and top, and its priority.
+void SetUpThread(const ThreadLabel& label);
 
 // Registers the calling thread in the profile of the label, if there is one, as long as the object
 // exists; a thread must not be registered twice at the same time.
