@@ -63,11 +63,21 @@ void WithSize(int tangent_size, const Visit& visit) {
 template <int kLeft, int kRight, class Left, class Right>
 void AddProduct(double weight, const Left& A, const Right& B, int row, int column,
                 Eigen::MatrixXd* H) {
-  Eigen::Matrix<double, kLeft, kRight> sum = weight * A.row(0).transpose() * B.row(0);
-  for (Eigen::Index i = 1; i < A.rows(); ++i) {
-    sum.noalias() += weight * A.row(i).transpose() * B.row(i);
+  if constexpr (kLeft != Eigen::Dynamic && kRight != Eigen::Dynamic) {
+    Eigen::Matrix<double, kLeft, kRight> sum = weight * A.row(0).transpose() * B.row(0);
+    for (Eigen::Index i = 1; i < A.rows(); ++i) {
+      sum.noalias() += weight * A.row(i).transpose() * B.row(i);
+    }
+    H->block<kLeft, kRight>(row, column) += sum;
+  } else {  // where Eigen would allocate temporaries
+    for (Eigen::Index c = 0; c < B.cols(); ++c) {
+      for (Eigen::Index r = 0; r < A.cols(); ++r) {
+        double sum = weight * A(0, r) * B(0, c);
+        for (Eigen::Index i = 1; i < A.rows(); ++i) sum += weight * A(i, r) * B(i, c);
+        (*H)(row + r, column + c) += sum;
+      }
+    }
   }
-  H->block<kLeft, kRight>(row, column, A.cols(), B.cols()) += sum;
 }
 
 }  // namespace
@@ -470,9 +480,11 @@ void VariableProjection::AccumulateFactor(int coupled, const LandmarkProblem::Fa
       auto E_a = E.template middleCols<kTangent>(memory_.column_of[a], dims);
       auto g_a = memory_.trial.g.template segment<kTangent>(memory_.column[unknown], dims);
       for (Eigen::Index row = 0; row < rows; ++row) {
-        const Eigen::Matrix<double, 1, kTangent> j = weight * J.row(row);
-        E_a.noalias() += J_landmark.row(row).transpose() * j;
-        g_a.noalias() += numbers[row] * j.transpose();
+        for (Eigen::Index column = 0; column < E_a.cols(); ++column) {
+          const double j = weight * J(row, column);
+          E_a.col(column) += J_landmark.row(row).transpose() * j;
+          g_a[column] += numbers[row] * j;
+        }
       }
       for (std::size_t k = 0; k <= i; ++k) {
         const int other = problem_.arguments[factor.first_argument + k].unknown;

@@ -13,6 +13,7 @@
 #include <highwall/core/error.h>
 
 #include "features/corner_refinement.h"
+#include "features/fast_corners.h"
 #include "features/image_noise.h"
 #include "features/square_suppression.h"
 
@@ -63,21 +64,21 @@ bool IsSearched(const cv::Mat& image) {
   return std::min(image.cols, image.rows) >= kMinLevelSide;
 }
 
-void AppendFast(const cv::Mat& image, const cv::Rect& area, int threshold,
-                std::vector<cv::KeyPoint>* corners) {
-  const cv::Rect with_margin(area.x - kFastRadius, area.y - kFastRadius,
-                             area.width + 2 * kFastRadius, area.height + 2 * kFastRadius);
-  std::vector<cv::KeyPoint> found;
-  cv::FAST(image(with_margin), found, threshold, true);
-  const cv::Point2f offset(with_margin.tl());
-  for (cv::KeyPoint& corner : found) corner.pt += offset;
-  corners->insert(corners->end(), found.begin(), found.end());
+// Runs FAST over the whole level.
+std::vector<cv::KeyPoint> FindCorners(const cv::Mat& image, int threshold) {
+  const cv::Rect area = SearchArea(image);
+  const cv::Point margin(kFastRadius, kFastRadius);
+  std::vector<cv::KeyPoint> corners;
+  cv::FAST(image(cv::Rect(area.tl() - margin, area.br() + margin)), corners, threshold, true);
+  for (cv::KeyPoint& corner : corners) corner.pt += cv::Point2f(area.tl() - margin);
+  return corners;
 }
 
 // Runs FAST in the cells of a level that have no corner yet; adjacent empty cells in a row are
 // searched together.
 void FillEmptyCells(const cv::Mat& image, int size, int threshold,
                     std::vector<cv::KeyPoint>* corners) {
+  internal::FastCorners search;
   const cv::Rect area = SearchArea(image);
   const int columns = (area.width + size - 1) / size, rows = (area.height + size - 1) / size;
   std::vector<bool> occupied(static_cast<std::size_t>(columns * rows), false);
@@ -95,7 +96,7 @@ void FillEmptyCells(const cv::Mat& image, int size, int threshold,
       while (end < columns && is_empty(row, end)) ++end;
       if (end == first) continue;
       const cv::Rect cells(area.x + first * size, area.y + row * size, (end - first) * size, size);
-      AppendFast(image, cells & area, threshold, corners);
+      search.Append(image, cells & area, threshold, corners);
       first = end;
     }
   }
@@ -103,9 +104,8 @@ void FillEmptyCells(const cv::Mat& image, int size, int threshold,
 
 // Runs FAST over the whole level, then with the lower threshold in cells where that finds nothing.
 std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractorOptions& options) {
-  std::vector<cv::KeyPoint> corners;
-  if (!IsSearched(image)) return corners;
-  AppendFast(image, SearchArea(image), options.fast_threshold, &corners);
+  if (!IsSearched(image)) return {};
+  std::vector<cv::KeyPoint> corners = FindCorners(image, options.fast_threshold);
   if (options.min_fast_threshold < options.fast_threshold) {
     FillEmptyCells(image, kCellSize, options.min_fast_threshold, &corners);
   }
