@@ -25,7 +25,7 @@ function(run what)
 endfunction()
 
 set(absent "")
-foreach(package IN ITEMS OpenCV octomap embree yaml-cpp CLI11 fmt nlohmann_json benchmark)
+foreach(package IN ITEMS OpenCV OpenEXR octomap embree yaml-cpp CLI11 fmt nlohmann_json benchmark)
   list(APPEND absent -DCMAKE_DISABLE_FIND_PACKAGE_${package}=ON)
 endforeach()
 find_program(clang clang++)

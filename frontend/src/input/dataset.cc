@@ -11,6 +11,8 @@ void DatasetOptions::Validate() const {
   HIGHWALL_REQUIRE(std::isfinite(max_stamp_difference) && max_stamp_difference > 0.0,
                    "DatasetOptions::max_stamp_difference must be positive, got " +
                        FixedText(max_stamp_difference));
+  HIGHWALL_REQUIRE(std::isfinite(frame_rate) && frame_rate > 0.0,
+                   "DatasetOptions::frame_rate must be positive, got " + FixedText(frame_rate));
 }
 
 std::optional<RgbdImage> Dataset::Load(std::size_t index) const {

@@ -114,8 +114,12 @@ cv::Mat ReadColourImage(const std::filesystem::path& path) {
   return Decode(path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
 }
 
+cv::Mat ReadStoredImage(const std::filesystem::path& path) {
+  return Decode(path, cv::IMREAD_UNCHANGED);
+}
+
 cv::Mat ReadDepthImage(const std::filesystem::path& path) {
-  const cv::Mat image = Decode(path, cv::IMREAD_UNCHANGED);
+  cv::Mat image = ReadStoredImage(path);
   if (image.type() != CV_16UC1) {
     throw IoError(path, "is not a depth image: one channel of 16 bits is needed, found " +
                             std::to_string(image.channels()) + " of " +

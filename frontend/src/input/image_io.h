@@ -13,6 +13,9 @@ namespace highwall {
 // an image.
 cv::Mat ReadColourImage(const std::filesystem::path& path);
 
+// Reads an image as stored, in any pixel type. Throws as above.
+cv::Mat ReadStoredImage(const std::filesystem::path& path);
+
 // Reads the stored 16-bit values, CV_16UC1. Throws as above, and for any other pixel type.
 cv::Mat ReadDepthImage(const std::filesystem::path& path);
 

@@ -65,10 +65,15 @@ bool IsDerived(std::string_view name) {
   return HoldsAny(name, {"user", "linear"});
 }
 
+// The name of an angular rate in the recordings of Stray Scanner, and in no others.
+bool IsOfStrayScanner(std::string_view name) {
+  return name.starts_with("alpha_");
+}
+
 bool IsGyroscope(std::string_view name) {
   return HoldsAny(name, {"gyr", "omega", "angular", "ang_vel", "angvel", "rotationrate",
                          "rotation_rate", "rot_rate", "rotation"}) ||
-         IsSymbol(name, 'w') || IsSymbol(name, 'g');
+         IsOfStrayScanner(name) || IsSymbol(name, 'w') || IsSymbol(name, 'g');
 }
 
 bool IsAccelerometer(std::string_view name) {
@@ -137,6 +142,7 @@ std::optional<ImuColumns> FindImuColumns(std::string_view heading) {
     if (!values[i] || *values[i] == columns.stamp) return std::nullopt;
     columns.values[i] = *values[i];
   }
+  columns.reversed_accelerometer = IsOfStrayScanner(names[columns.values[0]]);
   return columns;
 }
 

@@ -52,6 +52,7 @@ struct RawReading {
 struct RawRecording {
   std::vector<RawReading> readings;
   bool decimal = false;  // some stamp has a decimal point or an exponent
+  bool reversed_accelerometer = false;
 };
 
 bool ParseRawStamp(std::string_view text, RawStamp* stamp) {
@@ -155,6 +156,7 @@ RawRecording ReadLines(const std::filesystem::path& path) {
     const std::vector<std::string_view> fields = FieldsOf(path, number, line, named);
     const ImuColumns columns = named.value_or(ImuColumns());
     recording.readings.push_back(ParseLine(path, number, fields, columns));
+    recording.reversed_accelerometer = columns.reversed_accelerometer;
     recording.decimal |= columns.nanoseconds.has_value() ||
                          fields[columns.stamp].find_first_of(".,eE") != std::string_view::npos;
   }
@@ -250,11 +252,18 @@ ImuRecording ReadImu(const std::filesystem::path& path, const VideoSpan& video) 
     recording.warning = path.string() + ": its stamps are in " + unit.name + ", not in " +
                         (raw.decimal ? kSeconds : kNanoseconds).name + "; converted";
   }
+  if (raw.reversed_accelerometer) {
+    recording.warning += recording.warning.empty() ? path.string() + ": " : "; ";
+    recording.warning +=
+        "its accelerometer reads gravity, as iOS has it, not its reaction: the sign is reversed";
+  }
+  const double sign = raw.reversed_accelerometer ? -1.0 : 1.0;
   recording.samples.reserve(raw.readings.size());
   for (const RawReading& reading : raw.readings) {
     const auto& v = reading.values;
-    recording.samples.push_back(
-        {Convert(reading.stamp, unit).value(), {v[0], v[1], v[2]}, {v[3], v[4], v[5]}});
+    recording.samples.push_back({Convert(reading.stamp, unit).value(),
+                                 {v[0], v[1], v[2]},
+                                 sign * Eigen::Vector3d(v[3], v[4], v[5])});
     recording.lines.push_back(reading.line);
   }
   return recording;

@@ -8,16 +8,31 @@
 #include <highwall/frontend/input/euroc_dataset.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
+#include "input/numbered_pairs_dataset.h"
+#include "input/open3d_dataset.h"
+#include "input/record3d_dataset.h"
 #include "input/recording_folder.h"
+#include "input/scanner_app_dataset.h"
+#include "input/seven_scenes_dataset.h"
+#include "input/stray_scanner_dataset.h"
 
 namespace highwall {
 namespace {
 
+// Opens a format that takes a sensor and options.
+template <class Format>
+std::unique_ptr<Dataset> OpenAs(const std::filesystem::path& folder,
+                                const std::optional<RgbdSensor>& sensor,
+                                const DatasetOptions& options) {
+  return std::make_unique<Format>(folder, sensor, options);
+}
+
 // A new format is a class derived from Dataset, and its row here.
-constexpr std::array<DatasetReader, 2> kReaders{{
+constexpr std::array<DatasetReader, 8> kReaders{{
     {.format = "EuRoC",
      .marks = "mav0/cam0/sensor.yaml",
      .calibration = "sensor.yaml of the cameras",
+     .fixed_camera = true,
      .recognizes = &EurocDataset::IsOne,
      .open = [](const std::filesystem::path& folder, const std::optional<RgbdSensor>&,
                 const DatasetOptions&) -> std::unique_ptr<Dataset> {
@@ -27,10 +42,37 @@ constexpr std::array<DatasetReader, 2> kReaders{{
      .marks = "rgb.txt and depth.txt, or associations.txt",
      .calibration = "",
      .recognizes = &TumDataset::IsOne,
-     .open = [](const std::filesystem::path& folder, const std::optional<RgbdSensor>& sensor,
-                const DatasetOptions& options) -> std::unique_ptr<Dataset> {
-       return std::make_unique<TumDataset>(folder, sensor, options);
-     }},
+     .open = &OpenAs<TumDataset>},
+    {.format = "Stray Scanner",
+     .marks = "odometry.csv and depth/",
+     .calibration = "camera_matrix.csv",
+     .recognizes = &StrayScannerDataset::IsOne,
+     .open = &OpenAs<StrayScannerDataset>},
+    {.format = "3D Scanner App",
+     .marks = "frame_NNNNN.json and depth_NNNNN.png",
+     .calibration = "frame_NNNNN.json",
+     .recognizes = &ScannerAppDataset::IsOne,
+     .open = &OpenAs<ScannerAppDataset>},
+    {.format = "Record3D",
+     .marks = "metadata.json, rgb/ and depth/",
+     .calibration = "metadata.json",
+     .recognizes = &Record3dDataset::IsOne,
+     .open = &OpenAs<Record3dDataset>},
+    {.format = "Open3D",
+     .marks = "camera_intrinsic.json or trajectory.log, color/ and depth/",
+     .calibration = "camera_intrinsic.json",
+     .recognizes = &Open3dDataset::IsOne,
+     .open = &OpenAs<Open3dDataset>},
+    {.format = "7-Scenes",
+     .marks = "frame-NNNNNN.color.png and frame-NNNNNN.depth.png",
+     .calibration = "camera-intrinsics.txt",
+     .recognizes = &SevenScenesDataset::IsOne,
+     .open = &OpenAs<SevenScenesDataset>},
+    {.format = "numbered images",
+     .marks = "rgb/N.png and depth/N.png",
+     .calibration = "",
+     .recognizes = &NumberedPairsDataset::IsOne,
+     .open = &OpenAs<NumberedPairsDataset>},
 }};
 
 }  // namespace

@@ -43,6 +43,8 @@ struct DatasetOptions {
   double max_stamp_difference = 0.02;
   // Whether images may have another size than the camera; otherwise they cannot be used.
   bool any_size = false;
+  // [Hz] > 0, of recordings whose frames have no stamps.
+  double frame_rate = 30.0;
 
   void Validate() const;  // throws InvalidArgument naming the field and its value
 };
@@ -109,7 +111,7 @@ struct ImuRecording {
   // As in the file: not sorted, with duplicates and NaN, for CheckImu() to find.
   std::vector<ImuSample> samples;
   std::vector<std::int64_t> lines;  // of the file, from 1, one per sample
-  std::string warning;              // one line if stamps had to be converted, else empty
+  std::string warning;              // one line if stamps or signs had to be converted, else empty
 };
 
 // Returns the IMU file in the folder of a dataset, the first that exists of imu.csv, imu.txt
@@ -118,14 +120,15 @@ std::optional<std::filesystem::path> FindImuFile(const std::filesystem::path& da
 
 // Reads lines "stamp, gyroscope x y z [rad/s], accelerometer x y z [m/s^2]", separated by commas,
 // semicolons or blanks, or any columns of which a heading names these seven (wx or gyro_x, ax or
-// acc_x and the like; with # or without); lines that begin with #, empty lines, CRLF and one
-// heading are allowed, and so are nan and inf. An empty field is NaN. Whole numbers are stamps in
-// nanoseconds, decimal ones in seconds; if these are far from the video, the unit (s, ms, us, ns)
-// that fits is used instead, with a warning. Throws IoError "path:line: what; what to do" for a
-// line of another form, "path: ..." for a file that cannot be read or holds no reading, and for
-// stamps that do not overlap the video in any unit: those of another clock. Source of the columns:
-// Burri et al., "The EuRoC micro aerial vehicle datasets", IJRR 35(10), 2016;
-// https://www.eth3d.net/slam_documentation
+// acc_x and the like; with # or without); under the heading of Stray Scanner, a_x and alpha_x, the
+// accelerometer has the sign of iOS, which is reversed with a warning; lines that begin with #,
+// empty lines, CRLF and one heading are allowed, and so are nan and inf. An empty field is NaN.
+// Whole numbers are stamps in nanoseconds, decimal ones in seconds; if these are far from the
+// video, the unit (s, ms, us, ns) that fits is used instead, with a warning. Throws IoError
+// "path:line: what; what to do" for a line of another form, "path: ..." for a file that cannot be
+// read or holds no reading, and for stamps that do not overlap the video in any unit: those of
+// another clock. Source of the columns: Burri et al., "The EuRoC micro aerial vehicle datasets",
+// IJRR 35(10), 2016; https://www.eth3d.net/slam_documentation
 ImuRecording ReadImu(const std::filesystem::path& path, const VideoSpan& video);
 
 }  // namespace highwall

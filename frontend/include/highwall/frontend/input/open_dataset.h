@@ -16,6 +16,9 @@ struct DatasetReader {
   std::string_view format;       // such as "TUM RGB-D"
   std::string_view marks;        // human-readable: the files that a folder is recognized by
   std::string_view calibration;  // human-readable: where Dataset::calibration() is from; else empty
+  // Whether that calibration cannot be replaced by another, because the frames are computed with
+  // it.
+  bool fixed_camera = false;
   bool (*recognizes)(const std::filesystem::path& folder);
   // Parameters and exceptions are those of OpenDataset().
   std::unique_ptr<Dataset> (*open)(const std::filesystem::path& folder,
@@ -23,15 +26,17 @@ struct DatasetReader {
                                    const DatasetOptions& options);
 };
 
-// All readers, in the order in which they are asked: EuRoC, TUM RGB-D.
+// All readers, in the order in which they are asked: EuRoC, TUM RGB-D, and the formats of
+// docs/recordings.md.
 std::span<const DatasetReader> DatasetReaders();
 
 // Returns the first reader that recognizes the folder; null if none does.
 const DatasetReader* FindDatasetReader(const std::filesystem::path& folder);
 
 // Opens a recording in any format that DatasetReaders() lists. sensor: the camera of a recording
-// that does not state its own (Dataset::calibration()), empty if it is unknown: the images are then
-// of any size, and their depth is converted by the depth factor of the benchmark. Throws
+// that does not state its own (Dataset::calibration()) or, unless DatasetReader::fixed_camera, the
+// one to use in its place; empty if it is unknown: the images are then of any size, and their depth
+// is converted as the recording states, or by the depth factor of the benchmark. Throws
 // InvalidArgument for a bad sensor or bad options; IoError if there is no such folder, if no reader
 // recognizes it, naming the files that were looked for, and as the reader does.
 std::unique_ptr<Dataset> OpenDataset(const std::filesystem::path& folder,

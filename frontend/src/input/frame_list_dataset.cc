@@ -1,0 +1,233 @@
+#include "input/frame_list_dataset.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include <opencv2/core.hpp>
+
+#include <highwall/core/error.h>
+#include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/internal/median.h>
+#include <highwall/internal/number_text.h>
+
+#include "input/colour_to_depth.h"
+#include "input/exr_depth.h"
+#include "input/image_io.h"
+#include "input/recording_folder.h"
+
+namespace highwall {
+namespace {
+
+constexpr double kMillimetres = 1000.0;  // in a metre
+
+std::string SizeText(const cv::Size& size) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
+// Whether one is the other, reduced: sides are rounded to pixels.
+bool HaveOneShape(const cv::Size& a, const cv::Size& b) {
+  const double ratio = static_cast<double>(a.width) * b.height / (a.height * double(b.width));
+  return std::abs(ratio - 1.0) < 0.02;
+}
+
+cv::Mat ReadConfidence(const std::filesystem::path& path) {
+  const cv::Mat image = ReadStoredImage(path);
+  if (image.type() != CV_8UC1) throw IoError(path, "is not a confidence image of 8 bits");
+  return image;
+}
+
+// [relative] how far the principal point lies from the middle of an image of this size.
+double OffCentre(const PinholeCamera& camera, const cv::Size& size) {
+  return std::max(std::abs((camera.cx + 0.5) / size.width - 0.5),
+                  std::abs((camera.cy + 0.5) / size.height - 0.5));
+}
+
+}  // namespace
+
+std::string WithoutStamps(const std::filesystem::path& folder, double rate) {
+  return folder.string() + ": the recording has no stamps: " + RoundedText(rate, 4) +
+         " frames a second are assumed; state the rate with --fps";
+}
+
+std::string WithoutReference(const IoError& error) {
+  return std::string(error.what()) + "; the reference poses are not used";
+}
+
+FrameListDataset::FrameListDataset(std::filesystem::path folder, FrameList list,
+                                   const std::optional<RgbdSensor>& sensor,
+                                   const DatasetOptions& options)
+    : folder_(std::move(folder)), list_(std::move(list)), options_(options) {
+  options_.Validate();
+  if (list_.frames.empty()) {
+    throw IoError(folder_, "holds no colour image with a depth image of the same number");
+  }
+  for (std::string& warning : list_.warnings) AddWarning(std::move(warning));
+  Sort();
+  FindSizes();
+  AdaptCalibration();
+  if (sensor) {
+    sensor->Validate();
+    sensor_ = *sensor;
+  } else {
+    if (list_.calibration) sensor_ = list_.calibration->sensor;
+    options_.any_size = true;
+  }
+  CheckDepthFactor();
+}
+
+void FrameListDataset::Sort() {
+  std::vector<FrameFiles>& frames = list_.frames;
+  std::ranges::stable_sort(frames, {}, &FrameFiles::stamp);
+  const auto doubles = std::ranges::unique(frames, {}, &FrameFiles::stamp);
+  if (!doubles.empty()) {
+    AddWarning(folder_.string() + ": " + std::to_string(doubles.size()) +
+               " frames have the stamp of another one and are not used");
+    frames.erase(doubles.begin(), doubles.end());
+  }
+  std::ranges::sort(list_.without_depth);
+}
+
+// The sizes are those of the first frame that can be read, and hold for all.
+void FrameListDataset::FindSizes() {
+  std::string first_problem;
+  for (const FrameFiles& frame : list_.frames) {
+    try {
+      const cv::Size depth = ReadDepth(frame).size(), colour = ReadColour(frame).size();
+      RequireOneView(frame, colour, depth);
+      colour_size_ = colour;
+      frame_size_ = list_.shared_axis ? FrameSize(colour, depth) : colour;
+      return;
+    } catch (const IoError& error) {
+      if (first_problem.empty()) first_problem = error.what();
+    }
+  }
+  throw IoError(folder_, "none of its " + std::to_string(list_.frames.size()) +
+                             " frames can be used; the first: " + first_problem);
+}
+
+// Returns the camera of the colour images. A matrix whose principal point is rather in the middle
+// of the images than in that of the size that the format states was written for the images.
+PinholeCamera FrameListDataset::CameraOfImages(const PinholeCamera& stated) const {
+  const cv::Size size(stated.width, stated.height);
+  PinholeCamera camera = stated;
+  if (size.area() == 0 || size == colour_size_ ||
+      (list_.assumed_size && OffCentre(stated, colour_size_) < OffCentre(stated, size))) {
+    camera.width = colour_size_.width;
+    camera.height = colour_size_.height;
+    return camera;
+  }
+  if (!HaveOneShape(size, colour_size_)) {
+    throw IoError(list_.calibration_file, "is for images of " + SizeText(size) +
+                                              ", but the colour images are " +
+                                              SizeText(colour_size_));
+  }
+  return ResizedCamera(stated, colour_size_);
+}
+
+void FrameListDataset::AdaptCalibration() {
+  if (!list_.calibration) return;
+  RgbdSensor& sensor = list_.calibration->sensor;
+  sensor.camera = ResizedCamera(CameraOfImages(sensor.camera), frame_size_);
+  try {
+    sensor.Validate();
+  } catch (const InvalidArgument& error) {  // the file's fault, which IoError reports
+    throw IoError(list_.calibration_file, error.what());
+  }
+}
+
+// Looks at a few depth images spread over the recording.
+void FrameListDataset::CheckDepthFactor() {
+  constexpr std::size_t kImages = 5;
+  constexpr int kStep = 8;
+  std::vector<float> depths;
+  const std::size_t stride = std::max<std::size_t>(1, size() / kImages);
+  for (std::size_t i = 0; i < size(); i += stride) {
+    try {
+      const cv::Mat depth = MetricDepth(ReadDepth(list_.frames[i]), sensor_.depth_factor);
+      for (int v = 0; v < depth.rows; v += kStep) {
+        for (int u = 0; u < depth.cols; u += kStep) {
+          if (depth.at<float>(v, u) > 0.0F) depths.push_back(depth.at<float>(v, u));
+        }
+      }
+    } catch (const IoError&) {  // Load() reports it
+    }
+  }
+  if (depths.empty()) return;
+  const double median = UpperMedian(std::move(depths));
+  const std::optional<double> factor = LikelyDepthFactor(median, sensor_.depth_factor);
+  if (!factor) return;
+  AddWarning(folder_.string() + ": the median depth is " + RoundedText(median, 4) +
+             " m with depth factor " + RoundedText(sensor_.depth_factor, 4) +
+             (*factor > 0.0 ? "; the factor is likely " + RoundedText(*factor, 4)
+                            : "; no usual factor makes it plausible"));
+}
+
+cv::Mat FrameListDataset::ReadColour(const FrameFiles& frame) const {
+  return frame.colour.empty() ? list_.video->Read(frame.number) : ReadColourImage(frame.colour);
+}
+
+// Returns the stored values; 0 where nothing was measured.
+cv::Mat FrameListDataset::ReadDepth(const FrameFiles& frame) const {
+  cv::Mat depth;
+  if (frame.depth.extension() == ".exr") {
+    depth = ReadExrDepth(frame.depth) * kMillimetres;
+  } else {
+    depth = ReadDepthImage(frame.depth);
+    depth.setTo(0, depth == UINT16_MAX);  // how 7-Scenes and full sensors mark a hole
+  }
+  if (frame.confidence.empty()) return depth;
+  const cv::Mat confidence = ReadConfidence(frame.confidence);
+  if (confidence.size() != depth.size()) {
+    throw IoError(frame.confidence, "is " + SizeText(confidence.size()) +
+                                        ", but its depth image is " + SizeText(depth.size()));
+  }
+  depth.setTo(0, confidence == 0);
+  return depth;
+}
+
+// Throws IoError unless depth has the size of colour or, with one axis, its shape.
+void FrameListDataset::RequireOneView(const FrameFiles& frame, const cv::Size& colour,
+                                      const cv::Size& depth) const {
+  if (list_.shared_axis ? HaveOneShape(depth, colour) : depth == colour) return;
+  throw IoError(frame.depth, "is " + SizeText(depth) + ", but its colour image is " +
+                                 SizeText(colour) + (list_.shared_axis ? ": another shape" : "") +
+                                 "; depth must be registered to colour");
+}
+
+void FrameListDataset::Resample(const FrameFiles& frame, cv::Mat* colour, cv::Mat* depth) const {
+  const PinholeCamera& to = list_.calibration->sensor.camera;
+  const PinholeCamera from = frame.camera ? CameraOfImages(*frame.camera) : to;
+  *colour = ResampleColour(*colour, from, to);
+  *depth = ResampleDepth(*depth, from, to);
+}
+
+RgbdImage FrameListDataset::DoLoad(std::size_t index) const {
+  const FrameFiles& frame = list_.frames[index];
+  cv::Mat colour = ReadColour(frame), depth = ReadDepth(frame);
+  RequireOneView(frame, colour.size(), depth.size());
+  if (list_.shared_axis) {
+    if (colour.size() != colour_size_) {
+      throw IoError(
+          frame.colour.empty() ? list_.video->path() : frame.colour,
+          "is " + SizeText(colour.size()) + ", but the first image is " + SizeText(colour_size_));
+    }
+    Resample(frame, &colour, &depth);
+  }
+  const PinholeCamera& camera = sensor_.camera;
+  if (!options_.any_size && (depth.cols != camera.width || depth.rows != camera.height)) {
+    throw IoError(frame.depth, "gives a frame of " + SizeText(depth.size()) +
+                                   ", but the camera is set to " +
+                                   SizeText({camera.width, camera.height}));
+  }
+  if (!list_.imu_file && cv::countNonZero(depth) == 0) {
+    throw IoError(frame.depth, "holds no depth: all zero");
+  }
+  return {.stamp = frame.stamp,
+          .bgr = colour,
+          .depth = MetricDepth(depth, sensor_.depth_factor, sensor_.inverse_depth_offset,
+                               sensor_.depth_pattern)};
+}
+
+}  // namespace highwall
