@@ -37,6 +37,7 @@ void PrintWarning(const std::string& command, const std::string& text);
 // `app` and sets `action` if the user chose it. Parsing throws CLI::ParseError for wrong usage.
 // `action` must outlive the parsing.
 void AddCalibrateCommand(CLI::App& app, CommandAction& action);
+void AddConvertCommand(CLI::App& app, CommandAction& action);
 void AddDemoCommand(CLI::App& app, CommandAction& action);
 void AddEvalCommand(CLI::App& app, CommandAction& action);
 void AddImuNoiseCommand(CLI::App& app, CommandAction& action);

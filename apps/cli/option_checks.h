@@ -21,6 +21,15 @@ CLI::Option* AddMaxPairDifference(CLI::App* command, Seconds* seconds) {
       ->check(Between(1e-6, 1.0));
 }
 
+// Adds --fps, stored in `rate` (a double or an optional one).
+template <class Rate>
+CLI::Option* AddFrameRate(CLI::App* command, Rate* rate) {
+  return command
+      ->add_option("--fps", *rate,
+                   "Rate of the frames, where the recording has no stamps [1/s: 30]")
+      ->check(Between(1e-3, 1e4));
+}
+
 // Accepts a non-empty name of a file or folder.
 CLI::Validator NotEmpty();
 

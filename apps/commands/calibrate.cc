@@ -197,8 +197,8 @@ void Take(const CameraImuCalibration& found, const ImuInput& imu, RunConfig* con
 int RunCalibrate(const CalibrateArguments& arguments) {
   if (!arguments.out.empty()) RequireFile(arguments.out);
   const Recording recording = Find(arguments);
-  const OpenedDataset opened =
-      OpenWithConfig(recording.config, recording.dataset, arguments.max_pair_difference);
+  const OpenedDataset opened = OpenWithConfig(
+      recording.config, recording.dataset, {.max_stamp_difference = arguments.max_pair_difference});
   if (!recording.run.empty()) {
     RequireRecordingOfRun(recording.dataset, *opened.images, recording.run);
   }

@@ -138,7 +138,7 @@ void AddGapProblem(const char* what, const StreamReport& stream, DatasetReport* 
                              FormatStamp(stream.longest_interval_at));
 }
 
-void AddProblems(const TumDataset& dataset, double max_pair_difference, DatasetReport* report) {
+void AddProblems(const Dataset& dataset, double max_pair_difference, DatasetReport* report) {
   const std::vector<std::string>& warnings = dataset.warnings();
   report->problems.insert(report->problems.begin(), warnings.begin(), warnings.end());
   for (const Dataset::Problem& problem : dataset.problems()) {
@@ -231,7 +231,7 @@ void AddFindings(const DepthCheck& check, double depth_factor, const Dataset& da
 }
 
 // Reads all frames, and the depth of an evenly spaced subset.
-void ReadFrames(const TumDataset& dataset, const RgbdSensor& sensor,
+void ReadFrames(const Dataset& dataset, const RgbdSensor& sensor,
                 const std::function<void(std::size_t, std::size_t)>& progress,
                 DatasetReport* report) {
   constexpr std::size_t kSurveyed = 60;
@@ -278,23 +278,31 @@ std::optional<RunConfig> KnownConfig(const std::filesystem::path& directory) {
   return std::nullopt;
 }
 
-IoError NotListed(const std::filesystem::path& directory, const DatasetReader& reader) {
-  return {directory, "is of " + std::string(reader.format) +
-                         "'s layout, which info does not read; highwall slam does"};
-}
-
-// The report is of colour and depth images that are listed apart, and of the calibration that fits
-// them. Throws IoError for a recording that states its own calibration, before anything in it is
-// read: its faults are of no use where it is refused anyway.
-void RequireUncalibrated(const std::filesystem::path& directory) {
+// Returns the reader of the recording. Throws IoError for a format whose depth is computed, before
+// anything in it is read: the report is of the images that a camera gave.
+const DatasetReader* ReaderOf(const std::filesystem::path& directory) {
   const DatasetReader* const reader = FindDatasetReader(directory);
-  if (reader != nullptr && !reader->calibration.empty()) throw NotListed(directory, *reader);
+  if (reader == nullptr || !reader->fixed_camera) return reader;
+  throw IoError(directory, "is of " + std::string(reader->format) +
+                               "'s layout, which info does not read; highwall slam does");
 }
 
-// Throws IoError for a recording in a format without lists of colour and depth images.
-const TumDataset& Listed(const std::filesystem::path& directory, const Dataset& dataset) {
-  if (const auto* const listed = dynamic_cast<const TumDataset*>(&dataset)) return *listed;
-  throw NotListed(directory, *FindDatasetReader(directory));
+// Describes colour and depth images: as they are listed, or those of the frames.
+void DescribeStreams(const Dataset& dataset, DatasetReport* report) {
+  report->frames = DescribeStamps(Stamps(dataset));
+  if (const auto* const listed = dynamic_cast<const TumDataset*>(&dataset)) {
+    report->colour = DescribeStamps(Stamps(listed->colour_files()));
+    report->depth = DescribeStamps(Stamps(listed->depth_files()));
+  } else {
+    std::vector<Stamp> colour = Stamps(dataset);
+    const std::vector<Stamp> alone = dataset.stamps_without_depth();
+    colour.insert(colour.end(), alone.begin(), alone.end());
+    std::ranges::sort(colour);
+    report->colour = DescribeStamps(colour);
+    report->depth = report->frames;
+  }
+  report->association_rate =
+      static_cast<double>(report->frames.count) / static_cast<double>(report->colour.count);
 }
 
 }  // namespace
@@ -331,29 +339,35 @@ StreamReport DescribeStamps(const std::vector<Stamp>& stamps) {
   return report;
 }
 
-DatasetReport InspectDataset(const std::filesystem::path& directory, double max_pair_difference,
+DatasetReport InspectDataset(const std::filesystem::path& directory, DatasetOptions options,
                              const std::function<void(std::size_t, std::size_t)>& progress) {
-  RequireUncalibrated(directory);
-  const std::optional<RunConfig> config = KnownConfig(directory);
+  const DatasetReader* const reader = ReaderOf(directory);
+  options.any_size = true;
+  std::optional<RunConfig> config = KnownConfig(directory);
   // The statistics are those of the stored depth, so nothing but its unit is taken from the sensor.
   RgbdSensor sensor;
   if (config) sensor.depth_factor = config->sensor.depth_factor;
-  const std::unique_ptr<const Dataset> opened = OpenDataset(
-      directory, sensor, {.max_stamp_difference = max_pair_difference, .any_size = true});
-  const TumDataset& dataset = Listed(directory, *opened);
+  const bool is_given = config.has_value();
+  const bool may_state = !is_given && reader != nullptr && !reader->calibration.empty();
+  const std::unique_ptr<const Dataset> opened =
+      OpenDataset(directory, may_state ? std::nullopt : std::optional(sensor), options);
+  if (!is_given && opened->calibration() != nullptr) {
+    config = *opened->calibration();
+    sensor.depth_factor = config->sensor.depth_factor;
+  }
+  const Dataset& dataset = *opened;
 
   DatasetReport report;
   report.directory = directory;
-  report.colour = DescribeStamps(Stamps(dataset.colour_files()));
-  report.depth = DescribeStamps(Stamps(dataset.depth_files()));
-  report.frames = DescribeStamps(Stamps(dataset));
+  report.format = reader->format;
+  DescribeStreams(dataset, &report);
   report.depth_factor = sensor.depth_factor;
-  report.median_depth = dataset.median_depth();
-  report.association_rate =
-      static_cast<double>(report.frames.count) / static_cast<double>(report.colour.count);
 
   ReadFrames(dataset, sensor, progress, &report);
   const DepthReport& depth = report.depth_images;
+  const auto* const listed = dynamic_cast<const TumDataset*>(&dataset);
+  report.median_depth = listed != nullptr ? listed->median_depth()
+                                          : depth.statistics.quantiles[2] / sensor.depth_factor;
   if (config) {
     report.depth_images.Believe(sensor.depth_factor);
   } else if (!depth.guesses.empty()) {
@@ -368,8 +382,11 @@ DatasetReport InspectDataset(const std::filesystem::path& directory, double max_
     report.groundtruth = DescribeGroundtruth(*dataset.groundtruth(), dataset);
   }
   report.accelerometer = DescribeAccelerometer(directory / "accelerometer.txt");
-  report.calibration = FindCalibration(directory, report.width, report.height, depth);
-  AddProblems(dataset, max_pair_difference, &report);
+  report.calibration = !is_given && config
+                           ? CalibrationReport{std::string(reader->calibration), "stated",
+                                               "the recording states its camera"}
+                           : FindCalibration(directory, report.width, report.height, depth);
+  AddProblems(dataset, options.max_stamp_difference, &report);
   if (config) {
     AddSizeProblem(config->sensor.camera, &report);
     AddDepthProblems(config->sensor, &report);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <highwall/core/stamp.h>
+#include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/depth_identification.h>
 
 namespace highwall::apps {
@@ -37,7 +38,8 @@ struct ImuReport {
   bool usable = true;  // false: the problems give the reason
 };
 
-// Calibration that fits the dataset. confidence: "given" (calibration.yaml), "certain" (from the
+// Calibration that fits the dataset. confidence: "given" (calibration.yaml), "stated" (by the
+// recording itself, name: its file), "certain" (from the
 // dataset's name), "unsure" (only the image size matches) or "none".
 struct CalibrationReport {
   std::string name;  // argument for --config; empty if none fits
@@ -58,6 +60,7 @@ struct DepthReport {
 
 struct DatasetReport {
   std::filesystem::path directory;
+  std::string format;  // DatasetReader::format
   StreamReport colour, depth, frames;
   double association_rate = 0.0;  // frames per colour image
   std::size_t usable_frames = 0;
@@ -75,10 +78,10 @@ struct DatasetReport {
   std::vector<std::string> problems;  // most important first
 };
 
-// Reads and decodes every frame of a TUM RGB-D dataset. max_pair_difference [s]: as in
-// DatasetOptions. progress: called with the number of processed frames and the total. Throws
-// IoError if the dataset cannot be used at all.
-DatasetReport InspectDataset(const std::filesystem::path& directory, double max_pair_difference,
+// Reads and decodes every frame of a recording, in any format but those whose depth is computed
+// (DatasetReader::fixed_camera). options: any_size is set. progress: called with the number of
+// processed frames and the total. Throws IoError if the dataset cannot be used at all.
+DatasetReport InspectDataset(const std::filesystem::path& directory, DatasetOptions options,
                              const std::function<void(std::size_t, std::size_t)>& progress);
 
 // Returns one JSON object with the fields of DatasetReport by name.

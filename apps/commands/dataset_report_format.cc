@@ -97,6 +97,7 @@ std::string StreamText(const StreamReport& stream) {
 
 std::string ToJson(const DatasetReport& report) {
   Json json = {{"directory", report.directory.string()},
+               {"format", report.format},
                {"frames", report.frames.count},
                {"usable_frames", report.usable_frames},
                {"association_rate", report.association_rate},
@@ -137,6 +138,7 @@ std::string ToText(const DatasetReport& report) {
   TextWriter text;
   text.precision(4);
   text << report.directory.string() << "\n"
+       << "  format        " << report.format << "\n"
        << "  frames        " << StreamText(report.frames) << "; " << report.usable_frames
        << " usable, " << report.width << " x " << report.height << "\n"
        << "  colour        " << StreamText(report.colour) << "\n"

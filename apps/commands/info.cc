@@ -18,6 +18,7 @@ namespace {
 struct InfoArguments {
   std::string directory;
   double max_pair_difference = kMaxPairDifference;  // [s]
+  double frame_rate = kFrameRate;                   // [Hz]
   bool json = false;
 };
 
@@ -26,7 +27,8 @@ int RunInfo(const InfoArguments& arguments) {
   {
     Progress progress("reading frames");
     report = InspectDataset(
-        arguments.directory, arguments.max_pair_difference,
+        arguments.directory,
+        {.max_stamp_difference = arguments.max_pair_difference, .frame_rate = arguments.frame_rate},
         [&progress](std::size_t done, std::size_t total) { progress.Update(done, total); });
   }
   std::cout << (arguments.json ? ToJson(report) + "\n" : ToText(report));
@@ -39,9 +41,10 @@ void AddInfoCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<InfoArguments>();
   CLI::App* command =
       app.add_subcommand("info", "Describe a dataset, its faults and the calibration that fits");
-  command->add_option("DIR", arguments->directory, "Folder with rgb.txt and depth.txt (TUM RGB-D)")
+  command->add_option("DIR", arguments->directory, "Folder of the recording: TUM RGB-D and others")
       ->required();
   AddMaxPairDifference(command, &arguments->max_pair_difference);
+  AddFrameRate(command, &arguments->frame_rate);
   command->add_flag("--json", arguments->json, "Print one JSON object");
   command->footer("Example:\n  highwall info rgbd_dataset_freiburg1_xyz");
   command->callback([&action, arguments] { action = [arguments] { return RunInfo(*arguments); }; });

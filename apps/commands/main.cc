@@ -47,6 +47,7 @@ constexpr const char* kFirst =
 void AddCommands(CLI::App& app, CommandAction& action) {
   AddSlamCommand(app, action);
   AddCalibrateCommand(app, action);
+  AddConvertCommand(app, action);
   AddDemoCommand(app, action);
   AddEvalCommand(app, action);
   AddImuNoiseCommand(app, action);

@@ -239,9 +239,10 @@ int RunMap(const MapArguments& arguments) {
   const MapSource source = ResolveSource(arguments.source, arguments.dataset, arguments.trajectory);
   RequireMapsFolder(arguments);
   const FolderLock lock(arguments.out);
-  const OpenedDataset opened =
-      OpenWithConfig(arguments.config.empty() ? source.config : arguments.config, source.dataset,
-                     arguments.max_pair_difference.value_or(source.max_pair_difference));
+  DatasetOptions images = source.images;
+  if (arguments.max_pair_difference) images.max_stamp_difference = *arguments.max_pair_difference;
+  const OpenedDataset opened = OpenWithConfig(
+      arguments.config.empty() ? source.config : arguments.config, source.dataset, images);
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
   CheckRecording(arguments, source, dataset);

@@ -102,9 +102,8 @@ void Align(const std::vector<std::string>& trajectories, Points& points) {
 
 void KeepSeen(const CompareArguments& arguments, ReferenceSurface& reference) {
   const MapSource source = ResolveSource(arguments.seen_by, "", arguments.trajectory);
-  const OpenedDataset opened =
-      OpenWithConfig(arguments.config.empty() ? source.config : arguments.config, source.dataset,
-                     source.max_pair_difference);
+  const OpenedDataset opened = OpenWithConfig(
+      arguments.config.empty() ? source.config : arguments.config, source.dataset, source.images);
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
   if (!source.run.empty()) RequireRecordingOfRun(source.dataset, dataset, source.run);

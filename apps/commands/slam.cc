@@ -273,8 +273,9 @@ int RunSlamCommand(const SlamArguments& arguments) {
   if (!arguments.save_map.empty()) RequireFile(arguments.save_map);
   if (!arguments.trace.empty()) RequireFile(arguments.trace);
   const FolderLock lock(arguments.out);
-  const OpenedDataset opened =
-      OpenWithConfig(arguments.config, arguments.dataset, arguments.max_pair_difference);
+  const OpenedDataset opened = OpenWithConfig(
+      arguments.config, arguments.dataset,
+      {.max_stamp_difference = arguments.max_pair_difference, .frame_rate = arguments.frame_rate});
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
   for (const std::string& warning : dataset.warnings()) {
@@ -342,6 +343,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   nlohmann::json report = RunJson(run, options, arguments.dataset, opened.origin);
   report["recording"] = ToJson(IdentityOf(dataset));
   report["max_pair_difference_s"] = arguments.max_pair_difference;
+  report["frame_rate_hz"] = arguments.frame_rate;
   report["depth_noise"] = ToJson(sensor.depth_noise);
   report["settings"] = ChangedSettings(options.slam);
   if (stopped) {

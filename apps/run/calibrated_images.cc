@@ -169,9 +169,9 @@ nlohmann::ordered_json ToJson(const CameraCalibration& found) {
 CalibratedImages CalibrateImages(const std::filesystem::path& dataset,
                                  const ImageCalibrationOptions& options, RgbdSensor* sensor) {
   const RgbdSensor stated = *sensor;
-  // A recording that states its camera was made, or its depth computed, with that camera.
+  // The depth of such a recording is computed with its camera.
   const DatasetReader* const reader = FindDatasetReader(dataset);
-  const bool keep_depth = options.keep_depth || (reader != nullptr && !reader->calibration.empty());
+  const bool keep_depth = options.keep_depth || (reader != nullptr && reader->fixed_camera);
   CalibratedImages found;
   for (int round = 1; round <= kRounds; ++round) {
     const RgbdSensor tracked = *sensor;

@@ -8,24 +8,31 @@
 namespace highwall::apps {
 
 OpenedDataset OpenWithConfig(const std::string& choice, const std::filesystem::path& directory,
-                             double max_pair_difference) {
+                             const DatasetOptions& options) {
   if (!std::filesystem::exists(directory)) {
     throw IoError(directory, "does not exist" + DidYouMeanPath(directory));
   }
-  const DatasetOptions options{.max_stamp_difference = max_pair_difference};
   const DatasetReader* const reader = FindDatasetReader(directory);
-  if (reader != nullptr && !reader->calibration.empty()) {
-    if (!choice.empty()) {
-      throw IoError(directory, "is of " + std::string(reader->format) +
-                                   "'s layout, whose calibration is in " +
-                                   std::string(reader->calibration) + ": leave --config out");
-    }
+  const bool states_camera = reader != nullptr && !reader->calibration.empty();
+  const bool is_fixed = states_camera && reader->fixed_camera;
+  if (is_fixed && !choice.empty()) {
+    throw IoError(directory, "is of " + std::string(reader->format) +
+                                 "'s layout, whose calibration is in " +
+                                 std::string(reader->calibration) + ": leave --config out");
+  }
+  const bool is_given = !choice.empty() || std::filesystem::exists(CalibrationFile(directory));
+  if (states_camera && (is_fixed || !is_given)) {
     std::unique_ptr<const Dataset> images = reader->open(directory, std::nullopt, options);
-    RunConfig config = *images->calibration();
-    return {std::move(images), std::move(config), std::string(reader->calibration)};
+    if (const SensorCalibration* const stated = images->calibration()) {
+      RunConfig config = *stated;
+      return {std::move(images), std::move(config), std::string(reader->calibration)};
+    }
   }
   ResolvedConfig resolved = ResolveConfig(choice, directory);
   std::unique_ptr<const Dataset> images = OpenDataset(directory, resolved.config.sensor, options);
+  if (!resolved.config.imu && images->calibration() != nullptr) {
+    resolved.config.imu = images->calibration()->imu;
+  }
   return {std::move(images), std::move(resolved.config), std::move(resolved.origin)};
 }
 

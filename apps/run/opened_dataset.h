@@ -13,6 +13,8 @@ namespace highwall::apps {
 
 // [s] default maximum time difference between colour and depth of a frame (--max-pair-difference).
 inline constexpr double kMaxPairDifference = DatasetOptions().max_stamp_difference;
+// [Hz] default rate of frames without stamps (--fps).
+inline constexpr double kFrameRate = DatasetOptions().frame_rate;
 
 // Dataset with the configuration of its sensors.
 struct OpenedDataset {
@@ -21,11 +23,12 @@ struct OpenedDataset {
   std::string origin;  // human-readable source of the configuration
 };
 
-// Opens a recording as OpenDataset() with its configuration: that which it states itself, or the
-// one that ResolveConfig() finds by `choice`. max_pair_difference [s]: as
-// DatasetOptions::max_stamp_difference. Throws IoError as both do, and for a choice where the
-// recording states its own calibration.
+// Opens a recording as OpenDataset() with its configuration: that of `choice` or of a
+// calibration.yaml in its folder, else that which it states itself, else the one that
+// ResolveConfig() finds. The IMU is the one that the recording states, if the configuration has
+// none. Throws IoError as both do, and for a choice where the frames are computed with the
+// recording's own calibration (DatasetReader::fixed_camera).
 OpenedDataset OpenWithConfig(const std::string& choice, const std::filesystem::path& directory,
-                             double max_pair_difference = kMaxPairDifference);
+                             const DatasetOptions& options = {});
 
 }  // namespace highwall::apps

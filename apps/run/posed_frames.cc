@@ -38,13 +38,6 @@ std::filesystem::path DatasetOfRun(const std::filesystem::path& run, const nlohm
   return datasets.front();
 }
 
-double MaxPairDifferenceOfRun(const nlohmann::json& report) {
-  constexpr const char* kKey = "max_pair_difference_s";
-  const bool stated = report.is_object() && report.contains(kKey) && report[kKey].is_number();
-  const double seconds = stated ? report[kKey].get<double>() : kMaxPairDifference;
-  return seconds > 0.0 && seconds <= 1.0 ? seconds : kMaxPairDifference;
-}
-
 bool IsLocalization(const nlohmann::json& report) {
   const nlohmann::json::json_pointer option("/options/localize_only");
   return report.is_object() && report.contains(option) && report.at(option) == true;
@@ -105,7 +98,7 @@ MapSource ResolveSource(const std::filesystem::path& source, const std::string& 
         dataset.empty() ? DatasetOfRun(source, report) : std::filesystem::path(dataset);
     resolved.run = source;
     resolved.config = CalibrationOfRun(source, report);
-    resolved.max_pair_difference = MaxPairDifferenceOfRun(report);
+    resolved.images = InputOptionsOfRun(report);
     resolved.trajectory = source / NameOfSubmap(kKeyframesFile, FirstPlace(report));
     resolved.keyframes = true;
     resolved.level = false;

@@ -20,8 +20,8 @@ struct MapSource {
   std::filesystem::path run;         // its depth corrections are applied; empty: not a run
   std::filesystem::path trajectory;  // file of T_WC
   std::string config;                // configuration of the run, as OpenWithConfig() takes it
-  double max_pair_difference = kMaxPairDifference;  // [s] likewise
-  bool keyframes = false;                           // the trajectory has keyframes only
+  DatasetOptions images{};           // likewise
+  bool keyframes = false;            // the trajectory has keyframes only
   bool level = true;  // z of W points up; not for every run: W is its first camera frame
 };
 

@@ -17,6 +17,7 @@
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include "files/json_text.h"
+#include "run/run_dataset.h"
 #include "run/run_files.h"
 
 namespace highwall::apps {
@@ -81,7 +82,7 @@ std::string DifferenceFromRun(const Dataset& dataset, const nlohmann::json& repo
 
 std::string DifferenceFromRun(const std::filesystem::path& folder, const nlohmann::json& report) {
   try {
-    return DifferenceFromRun(*OpenDataset(folder), report);
+    return DifferenceFromRun(*OpenDataset(folder, std::nullopt, InputOptionsOfRun(report)), report);
   } catch (const std::exception&) {  // whoever reads it will say so
     return "";
   }

@@ -40,10 +40,11 @@ std::vector<Stamp> StampsOf(const nlohmann::json& report) {
   return stamps;
 }
 
-bool HoldsFrames(const fs::path& dataset, const std::vector<Stamp>& frames) {
+bool HoldsFrames(const fs::path& dataset, const std::vector<Stamp>& frames,
+                 const DatasetOptions& options) {
   try {
     // The camera does not matter, since only the stamps are used.
-    const std::unique_ptr<const Dataset> images = OpenDataset(dataset);
+    const std::unique_ptr<const Dataset> images = OpenDataset(dataset, std::nullopt, options);
     std::vector<Stamp> stamps;
     for (std::size_t i = 0; i < images->size(); ++i) stamps.push_back(images->stamp(i));
     std::ranges::sort(stamps);
@@ -76,6 +77,18 @@ std::vector<fs::path> PlacesOf(const fs::path& name, const fs::path& run) {
   return places;
 }
 
+DatasetOptions InputOptionsOfRun(const nlohmann::json& report) {
+  DatasetOptions options;
+  const auto read = [&report](const char* key, double most, double* value) {
+    if (!report.is_object() || !report.contains(key) || !report[key].is_number()) return;
+    const double stated = report[key].get<double>();
+    if (stated > 0.0 && stated <= most) *value = stated;
+  };
+  read("max_pair_difference_s", 1.0, &options.max_stamp_difference);
+  read("frame_rate_hz", 1e4, &options.frame_rate);
+  return options;
+}
+
 std::vector<fs::path> DatasetsOfRun(const fs::path& run, const nlohmann::json& report) {
   const fs::path name = TextAt(report, "dataset");
   std::vector<fs::path> places = PlacesOf(name, run);
@@ -83,7 +96,9 @@ std::vector<fs::path> DatasetsOfRun(const fs::path& run, const nlohmann::json& r
   std::erase_if(places, [&](const fs::path& place) { return !fs::is_directory(place, error); });
   if (name.is_absolute()) return places;
   const std::vector<Stamp> frames = StampsOf(report);
-  std::erase_if(places, [&](const fs::path& place) { return !HoldsFrames(place, frames); });
+  const DatasetOptions options = InputOptionsOfRun(report);
+  std::erase_if(places,
+                [&](const fs::path& place) { return !HoldsFrames(place, frames, options); });
   return places;
 }
 

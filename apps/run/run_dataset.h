@@ -6,11 +6,17 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <highwall/frontend/input/dataset.h>
+
 namespace highwall::apps {
 
 // Resolves the files that a run names in its run.json. Older versions wrote names as given,
 // relative to a folder that the report does not contain: these are searched for next to the run, in
 // its parent folders, and in the current folder.
+
+// Returns the options with which the run with this run.json read its recording; the defaults for
+// those that it does not state.
+DatasetOptions InputOptionsOfRun(const nlohmann::json& report);
 
 // Returns the existing files or folders that `name` may refer to, without duplicates.
 std::vector<std::filesystem::path> PlacesOf(const std::filesystem::path& name,

@@ -108,13 +108,15 @@ void AddSettings(CLI::App* command, SlamArguments* arguments,
 }  // namespace
 
 void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
-  CLI::Option* dataset =
-      command->add_option("--dataset", arguments->dataset, "Folder in the TUM RGB-D layout")
-          ->required();
+  CLI::Option* dataset = command
+                             ->add_option("--dataset", arguments->dataset,
+                                          "Folder of the recording: TUM RGB-D, EuRoC and others")
+                             ->required();
   command->add_option("--config", arguments->config,
                       "tum1, tum2, tum3 or a YAML file (default: calibration.yaml of the dataset, "
                       "else the preset that its name gives)");
   AddMaxPairDifference(command, &arguments->max_pair_difference);
+  AddFrameRate(command, &arguments->frame_rate);
   CLI::Option* out = command->add_option("--out", arguments->out, "Folder for the results")
                          ->required()
                          ->check(NotEmpty());

@@ -30,6 +30,7 @@ struct SlamArguments {
   std::optional<FrameTimingMode> frame_timing;
   double resolution = OctomapBuilderOptions().resolution;
   double max_pair_difference = kMaxPairDifference;  // [s]
+  double frame_rate = kFrameRate;                   // [Hz]
   std::string imu;                                  // --imu as given
   bool gps = true;
   bool deterministic = false;

@@ -129,6 +129,7 @@ std::vector<Case> Cases() {
       {"--overwrite", json::object(), [](O) { return true; }},
       {"--strict", json::object(), [](O) { return true; }},
       {"--max-pair-difference 0.03", json::object(), [](O) { return true; }},
+      {"--fps 15", json::object(), [](O) { return true; }},
       {"--set tracker.min_support=31 --set mapper.wait=false", json::object(),
        [](O o) { return o.slam.tracker.min_support == 31 && !o.slam.mapper.wait; }},
       {"--set frame.orb.features=500",
@@ -168,6 +169,8 @@ TEST(SlamArguments, OtherOptionsThanThoseOfTheRunReachTheArguments) {
   EXPECT_EQ(Parse("").dataset, "d");
   EXPECT_EQ(Parse("").out, "o");
   EXPECT_EQ(Parse("--config tum1").config, "tum1");
+  EXPECT_EQ(Parse("--fps 15").frame_rate, 15.0);
+  EXPECT_EQ(Parse("").frame_rate, 30.0);
   EXPECT_TRUE(Parse("--json").json);
   EXPECT_TRUE(Parse("--overwrite").overwrite);
   EXPECT_FALSE(Parse("").overwrite);

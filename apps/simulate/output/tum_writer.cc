@@ -3,21 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <fstream>
 #include <iomanip>
 #include <limits>
 #include <mutex>
 #include <string>
-#include <string_view>
-#include <system_error>
 #include <vector>
 
-#include <opencv2/imgcodecs.hpp>
-
-#include <highwall/core/atomic_file.h>
-#include <highwall/core/error.h>
 #include <highwall/internal/number_text.h>
 
+#include "simulate/output/atomic_folder.h"
 #include "simulate/output/imu_files.h"
 #include "simulate/parallel_for.h"
 
@@ -25,55 +19,6 @@ namespace highwall::simulate {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Folder that is created atomically: see AtomicFile.
-class AtomicFolder {
- public:
-  explicit AtomicFolder(const fs::path& path) : path_(fs::absolute(path).lexically_normal()) {
-    if (!path_.has_filename()) path_ = path_.parent_path();  // "out/" -> "out"
-    std::error_code error;
-    if (fs::exists(path_, error) &&
-        !(fs::is_directory(path_, error) && fs::is_empty(path_, error))) {
-      throw IoError(path, "exists and is not empty: choose another folder or remove it");
-    }
-    fs::create_directories(path_.parent_path(), error);
-    do {  // an existing one belongs to another process
-      temporary_ = TemporaryBeside(path_);
-    } while (!fs::create_directory(temporary_, error) && !error);
-    if (error) throw IoError(temporary_, "cannot be created: " + error.message());
-  }
-  ~AtomicFolder() {
-    std::error_code ignored;
-    fs::remove_all(temporary_, ignored);  // already moved after Commit()
-  }
-  AtomicFolder(const AtomicFolder&) = delete;
-  AtomicFolder& operator=(const AtomicFolder&) = delete;
-
-  const fs::path& temporary() const { return temporary_; }
-
-  void Commit() {
-    std::error_code error;
-    fs::rename(temporary_, path_, error);
-    if (error) throw IoError(path_, "could not be put in place: " + error.message());
-  }
-
- private:
-  fs::path path_;
-  fs::path temporary_;
-};
-
-void WriteBytes(const fs::path& path, std::string_view bytes) {
-  std::ofstream out(path, std::ios::binary);
-  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  if (!out) throw IoError(path, "could not be written whole");
-}
-
-void WritePng(const fs::path& path, const cv::Mat& image) {
-  std::vector<uchar> bytes;
-  if (!cv::imencode(".png", image, bytes)) throw IoError(path, "could not be encoded as PNG");
-  WriteBytes(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-}
 
 double DepthFactor(const SimulationOptions& options) {
   return options.sensor.noise == SensorNoise::kD435i ? kD435iDepthFactor : kTumDepthFactor;
