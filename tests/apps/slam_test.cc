@@ -403,6 +403,7 @@ TEST_F(SlamCommand, RefusesADatasetWithoutAList) {
   fs::remove(dataset() / "depth.txt");
   ExpectRefused({"depth.txt: is missing"});
   fs::remove(dataset() / "rgb.txt");
+  fs::remove_all(dataset() / "depth");
   ExpectRefused({dataset().string(), "holds no recording in a known format: EuRoC has mav0/",
                  "TUM RGB-D has rgb.txt and depth.txt"});
 }

@@ -96,6 +96,7 @@ class Troubleshooting : public ::testing::Test {
 
   void Calls();
   void Recordings();
+  void OtherFormats();
   void Frames();
   void Calibrations();
   void Stereo();
@@ -130,6 +131,7 @@ void Troubleshooting::Recordings() {
   Slam("no_list");
   fs::remove(Dataset("no_lists") / "rgb.txt");
   fs::remove(folder_.path() / "no_lists" / "depth.txt");
+  fs::remove_all(folder_.path() / "no_lists" / "depth");
   Slam("no_lists");
   WriteText(Dataset("empty_list") / "rgb.txt", "# nothing\n");
   Slam("empty_list");
@@ -166,6 +168,50 @@ void Troubleshooting::Recordings() {
   list("whole_seconds", "100 rgb/100.png\n100 rgb/101.png\n100 rgb/102.png\n");
   WriteText(Dataset("bad_truth") / "groundtruth.txt", "100.0 nan 0 0 0 0 0 1\n");
   Slam("bad_truth");
+}
+
+// Recordings of other programs than the TUM benchmark's.
+void Troubleshooting::OtherFormats() {
+  constexpr const char* kIntrinsic =
+      R"({"width": 64, "height": 48, "intrinsic_matrix": [50,0,0,0,50,0,31,23,1]})";
+  const auto images = [&](const std::string& name) {
+    const fs::path folder = Dataset(name);
+    for (const char* const file : {"rgb.txt", "depth.txt", "calibration.yaml"}) {
+      fs::remove(folder / file);
+    }
+    return folder;
+  };
+  const auto info = [&](const std::string& name, const std::string& file, const std::string& text) {
+    WriteText(folder_.path() / name / file, text);
+    Highwall("info " + name);
+  };
+  const fs::path pairs = images("pairs");
+  Highwall("info pairs");
+  for (int i = 0; i < 6; ++i) {
+    const std::string name = testing::FrameName(i) + ".png";
+    fs::rename(pairs / "depth" / name, pairs / "depth" / ("9" + name));
+  }
+  Highwall("info pairs");
+  fs::rename(images("open3d") / "rgb", folder_.path() / "open3d" / "color");
+  info("open3d", "camera_intrinsic.json", "{}");
+  info("open3d", "camera_intrinsic.json",
+       R"({"width": 64, "height": 64, "intrinsic_matrix": [50,0,0,0,50,0,31,23,1]})");
+  WriteText(folder_.path() / "open3d" / "camera_intrinsic.json", kIntrinsic);
+  info("open3d", "trajectory.log", "0 0 1\n1 0 0\n");
+  for (int i = 0; i < 6; ++i) {
+    cv::imwrite((folder_.path() / "open3d/depth" / (testing::FrameName(i) + ".png")).string(),
+                cv::Mat(24, 32, CV_16UC1, cv::Scalar(1000)));
+  }
+  Highwall("info open3d");
+  images("stray");
+  info("stray", "odometry.csv", "100, 100, 0, 0, 0, 0, 0, 0, 1\n101, 101, 0, 0, 0, 0, 0, 0, 1\n");
+  info("stray", "camera_matrix.csv", "1350 0 960\n0 1350 720\n");
+  info("stray", "camera_matrix.csv", "1350 1 960\n0 1350 720\n0 0 1\n");
+  WriteText(folder_.path() / "stray/camera_matrix.csv", "1350 0 960\n0 1350 720\n0 0 1\n");
+  info("stray", "imu.csv",
+       "timestamp, a_x, a_y, a_z, alpha_x, alpha_y, alpha_z\n100.5,-9.8,0,0,0,0,0\n");
+  fs::remove_all(folder_.path() / "stray" / "rgb");
+  Highwall("info stray");
 }
 
 void Troubleshooting::Frames() {
@@ -504,6 +550,7 @@ void Troubleshooting::Extractors() {
 TEST_F(Troubleshooting, EveryMessageOfThePageIsSaidAndNoneSpeaksOfTheCode) {
   Calls();
   Recordings();
+  OtherFormats();
   Frames();
   Calibrations();
   Stereo();
