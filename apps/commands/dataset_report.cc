@@ -217,7 +217,7 @@ bool IsChecked(std::size_t frame, std::size_t frames) {
 }
 
 // Appends what DepthCheck finds, except for a depth factor that AddDepthProblems() or a warning of
-// the dataset names.
+// the dataset names, and for a shift that the format excludes.
 void AddFindings(const DepthCheck& check, double depth_factor, const Dataset& dataset,
                  DatasetReport* report) {
   const bool named = NamesAnotherFactor(report->depth_images, depth_factor) ||
@@ -226,6 +226,7 @@ void AddFindings(const DepthCheck& check, double depth_factor, const Dataset& da
                      });
   for (const SensorFinding& finding : check.Findings()) {
     if (named && finding.fault == SensorFault::kDepthScale) continue;
+    if (dataset.is_registered() && finding.fault == SensorFault::kDepthUnregistered) continue;
     report->problems.push_back(Line(finding));
   }
 }
@@ -343,14 +344,17 @@ DatasetReport InspectDataset(const std::filesystem::path& directory, DatasetOpti
                              const std::function<void(std::size_t, std::size_t)>& progress) {
   const DatasetReader* const reader = ReaderOf(directory);
   options.any_size = true;
-  std::optional<RunConfig> config = KnownConfig(directory);
+  const bool states_camera = reader != nullptr && !reader->calibration.empty();
+  std::optional<RunConfig> config;
+  if (!states_camera || std::filesystem::exists(CalibrationFile(directory))) {
+    config = KnownConfig(directory);
+  }
   // The statistics are those of the stored depth, so nothing but its unit is taken from the sensor.
   RgbdSensor sensor;
   if (config) sensor.depth_factor = config->sensor.depth_factor;
   const bool is_given = config.has_value();
-  const bool may_state = !is_given && reader != nullptr && !reader->calibration.empty();
-  const std::unique_ptr<const Dataset> opened =
-      OpenDataset(directory, may_state ? std::nullopt : std::optional(sensor), options);
+  const std::unique_ptr<const Dataset> opened = OpenDataset(
+      directory, states_camera && !is_given ? std::nullopt : std::optional(sensor), options);
   if (!is_given && opened->calibration() != nullptr) {
     config = *opened->calibration();
     sensor.depth_factor = config->sensor.depth_factor;

@@ -186,6 +186,17 @@ TEST(Open3d, DepthOfAnotherSizeIsRefused) {
             std::string::npos);
 }
 
+TEST(Open3d, ARecordingWithoutAnyDepthIsRefused) {
+  const TemporaryDirectory folder;
+  WriteOpen3d(folder.path());
+  for (int i = 0; i < 5; ++i) {
+    WriteImage(folder / "depth" / (SixDigits(i) + ".png"), cv::Mat::zeros(kSize, CV_16UC1));
+  }
+  const std::string what = MessageOf<IoError>([&] { Open3dDataset(folder.path()); });
+  EXPECT_NE(what.find("none of its 5 frames can be used; the first: "), std::string::npos) << what;
+  EXPECT_TRUE(what.ends_with("000000.png: holds no depth: all zero")) << what;
+}
+
 // Frames 150 to 153.
 void WriteSevenScenes(const fs::path& folder) {
   for (int i = 150; i < 154; ++i) {

@@ -270,7 +270,13 @@ std::vector<SensorFinding> CheckDepth(const Dataset& dataset, const RgbdSensor& 
     size = image->depth.size();
     check.Add(StoredDepth(image->depth, sensor), image->bgr);
   }
-  return check.Findings();
+  std::vector<SensorFinding> findings = check.Findings();
+  if (dataset.is_registered()) {
+    std::erase_if(findings, [](const SensorFinding& finding) {
+      return finding.fault == SensorFault::kDepthUnregistered;
+    });
+  }
+  return findings;
 }
 
 }  // namespace highwall

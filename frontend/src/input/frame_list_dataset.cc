@@ -94,7 +94,9 @@ void FrameListDataset::FindSizes() {
   std::string first_problem;
   for (const FrameFiles& frame : list_.frames) {
     try {
-      const cv::Size depth = ReadDepth(frame).size(), colour = ReadColour(frame).size();
+      const cv::Mat measured = ReadDepth(frame);
+      RequireDepth(frame, measured);
+      const cv::Size depth = measured.size(), colour = ReadColour(frame).size();
       RequireOneView(frame, colour, depth);
       colour_size_ = colour;
       frame_size_ = list_.shared_axis ? FrameSize(colour, depth) : colour;
@@ -187,6 +189,12 @@ cv::Mat FrameListDataset::ReadDepth(const FrameFiles& frame) const {
   return depth;
 }
 
+// Throws IoError for a frame without any depth, unless an IMU can bridge it.
+void FrameListDataset::RequireDepth(const FrameFiles& frame, const cv::Mat& depth) const {
+  if (list_.imu_file || cv::countNonZero(depth) > 0) return;
+  throw IoError(frame.depth, "holds no depth: all zero");
+}
+
 // Throws IoError unless depth has the size of colour or, with one axis, its shape.
 void FrameListDataset::RequireOneView(const FrameFiles& frame, const cv::Size& colour,
                                       const cv::Size& depth) const {
@@ -221,9 +229,7 @@ RgbdImage FrameListDataset::DoLoad(std::size_t index) const {
                                    ", but the camera is set to " +
                                    SizeText({camera.width, camera.height}));
   }
-  if (!list_.imu_file && cv::countNonZero(depth) == 0) {
-    throw IoError(frame.depth, "holds no depth: all zero");
-  }
+  RequireDepth(frame, depth);
   return {.stamp = frame.stamp,
           .bgr = colour,
           .depth = MetricDepth(depth, sensor_.depth_factor, sensor_.inverse_depth_offset,

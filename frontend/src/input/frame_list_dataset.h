@@ -66,6 +66,7 @@ class FrameListDataset : public Dataset {
   }
   std::vector<Stamp> stamps_without_depth() const override { return list_.without_depth; }
   std::optional<std::filesystem::path> imu_file() const override { return list_.imu_file; }
+  bool is_registered() const override { return list_.shared_axis; }
   // For the size of the frames.
   const SensorCalibration* calibration() const override {
     return list_.calibration ? &*list_.calibration : nullptr;
@@ -87,6 +88,7 @@ class FrameListDataset : public Dataset {
   void CheckDepthFactor();
   cv::Mat ReadColour(const FrameFiles& frame) const;
   cv::Mat ReadDepth(const FrameFiles& frame) const;
+  void RequireDepth(const FrameFiles& frame, const cv::Mat& depth) const;
   void RequireOneView(const FrameFiles& frame, const cv::Size& colour, const cv::Size& depth) const;
   void Resample(const FrameFiles& frame, cv::Mat* colour, cv::Mat* depth) const;
   PinholeCamera CameraOfImages(const PinholeCamera& stated) const;

@@ -77,6 +77,9 @@ class Dataset {
   // The file with the readings of an IMU, for ReadImu(); empty where the dataset has none.
   virtual std::optional<std::filesystem::path> imu_file() const { return std::nullopt; }
 
+  // Whether the format guarantees that depth is registered to colour; false where it is unknown.
+  virtual bool is_registered() const { return false; }
+
   // Calibration that the recording itself states; null where another source has to.
   virtual const SensorCalibration* calibration() const { return nullptr; }
 

@@ -44,7 +44,7 @@ class DepthCheck {
 };
 
 // Applies DepthCheck to eight frames of [begin, end) of a recording that was opened with this
-// sensor.
+// sensor. A shift of depth against colour is not reported where Dataset::is_registered().
 std::vector<SensorFinding> CheckDepth(const Dataset& dataset, const RgbdSensor& sensor,
                                       std::size_t begin = 0, std::size_t end = SIZE_MAX);
 
