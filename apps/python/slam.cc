@@ -214,14 +214,16 @@ void BindDataset(py::module_& module) {
   module.def(
       "open_dataset",
       [](const py::object& folder, const std::optional<RgbdSensor>& sensor,
-         double max_stamp_difference) {
-        return OpenDataset(Path(folder), sensor,
-                           DatasetOptions{.max_stamp_difference = max_stamp_difference});
+         double max_stamp_difference, double frame_rate) {
+        return OpenDataset(
+            Path(folder), sensor,
+            DatasetOptions{.max_stamp_difference = max_stamp_difference, .frame_rate = frame_rate});
       },
       py::arg("folder"), py::arg("sensor") = py::none(),
       py::arg("max_stamp_difference") = DatasetOptions().max_stamp_difference,
-      "Opens a recording in the layout of TUM RGB-D or EuRoC. sensor: where the recording does not "
-      "state its calibration.");
+      py::arg("frame_rate") = DatasetOptions().frame_rate,
+      "Opens a recording in any format that highwall slam reads. sensor: where the recording does "
+      "not state its calibration. frame_rate: where its frames have no stamps.");
 }
 
 void BindSlamOptions(py::module_& module) {
