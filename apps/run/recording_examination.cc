@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include <highwall/frontend/calibration/lens_pairs.h>
 #include <highwall/frontend/input/depth_check.h>
 #include <highwall/frontend/input/stamp_check.h>
 
@@ -13,6 +14,7 @@ SensorVerdict ExamineRecording(const Dataset& dataset, const RgbdSensor& sensor,
   for (SensorFinding& finding : CheckDepth(dataset, sensor, begin, end)) {
     verdict.Add(std::move(finding));
   }
+  if (auto lens = CheckLens(dataset, sensor, begin, end)) verdict.Add(*std::move(lens));
   SensorFinding stamps{.fault = SensorFault::kStamps, .trust = Trust::kDoubtful};
   for (const StampFinding& finding : CheckStamps(dataset)) {
     stamps.text += (stamps.text.empty() ? "" : "; ") + finding.text;

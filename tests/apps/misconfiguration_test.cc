@@ -95,6 +95,37 @@ TEST_F(Misconfiguration, MillisecondsAreSaidAndCostNoKeyframes) {
   EXPECT_EQ(Report()["lost_frames"], 0);
 }
 
+// Edits `calibration.yaml`: multiplies the number of a key.
+void Multiply(const fs::path& file, const std::string& key, double factor) {
+  std::istringstream lines(ReadText(file));
+  std::string all, line;
+  while (std::getline(lines, line)) {
+    const std::size_t colon = line.find(": ");
+    if (line.find(key + ":") != std::string::npos && colon != std::string::npos) {
+      line = line.substr(0, colon + 2) + std::to_string(factor * std::stod(line.substr(colon + 2)));
+    }
+    all += line + "\n";
+  }
+  WriteText(file, all);
+}
+
+TEST_F(Misconfiguration, AWrongLensIsNamedBeforeTheFirstFrame) {
+  for (const double factor : {0.5, 2.0}) {
+    WriteRoom("room", 1, 30);
+    Multiply(File("room") / "calibration.yaml", "fx", factor);
+    Multiply(File("room") / "calibration.yaml", "fy", factor);
+    const Outcome outcome = Slam("--overwrite --dataset room");
+    EXPECT_TRUE(Contains(outcome.err, "warning: the focal lengths are likely")) << outcome.err;
+    const json lens = FindingOf(Report(), "lens");
+    ASSERT_FALSE(lens.is_null()) << factor;
+    EXPECT_EQ(lens["trust"], "not to be trusted");
+  }
+  WriteRoom("room", 1, 30);
+  Multiply(File("room") / "calibration.yaml", "cx", 1.3);
+  Slam("--overwrite --dataset room");
+  EXPECT_TRUE(Contains(FindingOf(Report(), "lens")["text"], "the principal point is likely at"));
+}
+
 TEST_F(Misconfiguration, InfoNamesTheUnitOfStamps) {
   WriteRoom("room", 1);
   EXPECT_FALSE(Contains(Highwall("info room").out, "stamps"));

@@ -14,10 +14,7 @@ namespace {
 
 constexpr std::size_t kMostTested = 60;  // keyframes, the newest ones
 constexpr double kSignificant = 6.0;     // standard deviations
-// Deviations that count, relative to the focal length. Calibrations of one camera differ by 2 %,
-// and errors of its depth shift the estimate by as much.
-constexpr double kDeviates = 0.05;
-constexpr int kManyKeyframes = 20;  // with fewer, twice as much: they may all look one way
+constexpr int kManyKeyframes = 20;  // with fewer, twice the tolerance: they may all look one way
 // Twice as much for the principal point: a camera that hardly rolls or pitches, as on a vehicle,
 // sees a shift of it as a constant rotation.
 constexpr double kOfCentre = 2.0;
@@ -44,16 +41,17 @@ std::vector<KeyFrameId> NewestMadeIn(const Map& map, SubmapId submap, KeyFrameId
 std::optional<SensorFinding> TestLens(const Map& map, const MeasurementModel& model,
                                       const std::vector<KeyFrameId>& keyframes) {
   const std::optional<LensEstimate> estimate = EstimateLens(map, model, keyframes);
-  return estimate ? CompareLens(model.camera(), *estimate) : std::nullopt;
+  if (!estimate) return std::nullopt;
+  return CompareLens(model.camera(), *estimate,
+                     (estimate->keyframes < kManyKeyframes ? 2.0 : 1.0) * kLensTolerance);
 }
 
 }  // namespace
 
-std::optional<SensorFinding> CompareLens(const PinholeCamera& camera,
-                                         const LensEstimate& estimate) {
+std::optional<SensorFinding> CompareLens(const PinholeCamera& camera, const LensEstimate& estimate,
+                                         double tolerance) {
   const Eigen::Vector4d known(camera.fx, camera.fy, camera.cx, camera.cy);
   const Eigen::Vector4d off = (estimate.intrinsics - known).cwiseAbs();
-  const double tolerance = estimate.keyframes < kManyKeyframes ? 2.0 * kDeviates : kDeviates;
   double worst = 0.0;  // relative deviation of those that count
   const auto deviates = [&](int i) {
     // The larger focal length: a wrong one is too small or too large.

@@ -11,9 +11,14 @@
 
 namespace highwall {
 
+// Deviations that count, relative to the focal length; twice as much for the principal point.
+// Calibrations of one camera differ by 2 %, and errors of its depth shift the estimate by as much.
+inline constexpr double kLensTolerance = 0.05;
+
 // Returns a finding if the lens of the model differs from the estimate significantly and by more
-// than cameras of one type do (docs/misconfiguration.md, Lens).
-std::optional<SensorFinding> CompareLens(const PinholeCamera& camera, const LensEstimate& estimate);
+// than the tolerance (docs/misconfiguration.md, Lens).
+std::optional<SensorFinding> CompareLens(const PinholeCamera& camera, const LensEstimate& estimate,
+                                         double tolerance);
 
 // Tests the lens of a run by the map: EstimateLens() of its newest keyframes each time that it has
 // twice as many as the last time, and at its end. Only reads the map.

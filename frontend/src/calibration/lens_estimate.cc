@@ -29,16 +29,8 @@ using LensVector = Eigen::Matrix<double, kLens, 1>;
 using LensMatrix = Eigen::Matrix<double, kLens, kLens>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// A feature of keyframe `keyframe`, an index.
-struct View {
-  std::size_t keyframe = 0;
-  ProjectionRows<3> rows;
-};
-
-struct SeenPoint {
-  Eigen::Vector3d p_W;
-  std::vector<View> views;
-};
+using View = LensViews::View;
+using SeenPoint = LensViews::SeenPoint;
 
 // Residual of a view and its derivatives, times the square root of its weight.
 struct Linear {
@@ -48,33 +40,17 @@ struct Linear {
   Eigen::Matrix<double, 3, kLens> by_lens = Eigen::Matrix<double, 3, kLens>::Zero();
 };
 
-// One Gauss-Newton problem: keyframes, points and lens. The points are eliminated first, then the
-// keyframes, so that what remains are the equations of the lens.
+// One Gauss-Newton problem: images, points and lens. The points are eliminated first, then the
+// poses, so that what remains are the equations of the lens.
 class LensProblem {
  public:
-  LensProblem(const Map& map, const MeasurementModel& model, std::span<const KeyFrameId> keyframes)
-      : c_(model.projection().fx() * model.projection().baseline()) {
+  LensProblem(LensViews views, const MeasurementModel& model)
+      : c_(model.projection().fx() * model.projection().baseline()),
+        poses_(std::move(views.T_CW)),
+        held_(std::move(views.held)),
+        points_(std::move(views.points)) {
     const PinholeCamera& camera = model.camera();
     lens_ << camera.fx, camera.fy, camera.cx, camera.cy, 0.0;
-    std::unordered_map<KeyFrameId, std::size_t> index;
-    for (const KeyFrameId id : keyframes) {
-      index.emplace(id, poses_.size());
-      poses_.push_back(map.keyframe(id)->T_WC.Inverse());
-    }
-    for (const PointId id : map.ids<MapPoint>()) {
-      const MapPoint& point = *map.Find(id);
-      SeenPoint seen{point.p_W, {}};
-      bool has_depth = false;
-      for (const Observation& o : point.observations) {
-        const auto it = index.find(o.keyframe);
-        if (it == index.end()) continue;
-        const PointFeature& feature =
-            map.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
-        seen.views.push_back({it->second, model.Rows(feature)});
-        has_depth |= feature.depth > 0.0;
-      }
-      if (has_depth && seen.views.size() > 1) points_.push_back(std::move(seen));
-    }
   }
 
   std::size_t points() const { return points_.size(); }
@@ -104,9 +80,9 @@ class LensProblem {
       for (const View& view : points_[i].views) {
         const Linear& l = linear_[next++];
         const Eigen::Matrix<double, 3, kLens> rest =
-            l.by_lens - l.by_pose * response_.middleRows<6>(6 * Row(view.keyframe)) -
+            l.by_lens - l.by_pose * response_.middleRows<6>(6 * Row(view.image)) -
             l.by_point * response;
-        parts[view.keyframe * groups / poses_.size()] += rest.transpose() * l.r;
+        parts[view.image * groups / poses_.size()] += rest.transpose() * l.r;
       }
     }
     LensVector mean = LensVector::Zero();
@@ -118,11 +94,11 @@ class LensProblem {
   }
 
  private:
-  static Eigen::Index Row(std::size_t keyframe) { return static_cast<Eigen::Index>(keyframe); }
+  static Eigen::Index Row(std::size_t image) { return static_cast<Eigen::Index>(image); }
 
   Linear LinearOf(const SeenPoint& point, const View& view) const {
     Linear l;
-    const Eigen::Vector3d p = poses_[view.keyframe] * point.p_W;
+    const Eigen::Vector3d p = poses_[view.image] * point.p_W;
     if (p.z() < kMinDistance) return l;
     const double iz = 1.0 / p.z(), x = p.x() * iz, y = p.y() * iz;
     const Eigen::Matrix3d& A = view.rows.A;
@@ -137,7 +113,7 @@ class LensProblem {
     for (int i = 0; i < 3; ++i) {
       l.by_pose.block<1, 3>(i, 3) = -by_p.row(i).cross(p.transpose());
     }
-    l.by_point = by_p * poses_[view.keyframe].R();
+    l.by_point = by_p * poses_[view.image].R();
     l.by_lens << x * A.col(0), y * A.col(1), A.col(0), A.col(1), c_ * A.col(2);
     const double norm = l.r.norm();
     const double weight = norm > kHuber ? std::sqrt(kHuber / norm) : 1.0;
@@ -148,7 +124,7 @@ class LensProblem {
     return l;
   }
 
-  // Fills the equations of keyframes and lens without the points.
+  // Fills the equations of poses and lens without the points.
   void Linearize() {
     const Eigen::Index size = 6 * Row(poses_.size());
     poses_poses_ = Eigen::MatrixXd::Zero(size, size);
@@ -161,8 +137,9 @@ class LensProblem {
     linear_.clear();
     inverses_.clear();
     for (const SeenPoint& point : points_) AddPoint(point);
-    // The first keyframe stays where it is.
-    poses_poses_.topLeftCorner<6, 6>().diagonal().array() += 1e12;
+    for (const std::size_t image : held_) {
+      poses_poses_.diagonal().segment<6>(6 * Row(image)).array() += 1e12;
+    }
   }
 
   void AddPoint(const SeenPoint& point) {
@@ -175,7 +152,7 @@ class LensProblem {
       information += l.by_point.transpose() * l.by_point;
       point_lens += l.by_point.transpose() * l.by_lens;
       gradient += l.by_point.transpose() * l.r;
-      const Eigen::Index row = 6 * Row(view.keyframe);
+      const Eigen::Index row = 6 * Row(view.image);
       poses_poses_.block<6, 6>(row, row) += l.by_pose.transpose() * l.by_pose;
       poses_lens_.middleRows<6>(row) += l.by_pose.transpose() * l.by_lens;
       poses_gradient_.segment<6>(row) += l.by_pose.transpose() * l.r;
@@ -192,9 +169,9 @@ class LensProblem {
     }
     for (std::size_t i = 0; i < point.views.size(); ++i) {
       const Eigen::Matrix<double, 6, 3> through = pose_point[i] * inverse;
-      const Eigen::Index row = 6 * Row(point.views[i].keyframe);
+      const Eigen::Index row = 6 * Row(point.views[i].image);
       for (std::size_t j = 0; j < point.views.size(); ++j) {
-        poses_poses_.block<6, 6>(row, 6 * Row(point.views[j].keyframe)) -=
+        poses_poses_.block<6, 6>(row, 6 * Row(point.views[j].image)) -=
             through * pose_point[j].transpose();
       }
       poses_lens_.middleRows<6>(row) -= through * point_lens;
@@ -204,7 +181,7 @@ class LensProblem {
     lens_gradient_ -= point_lens.transpose() * inverse * gradient;
   }
 
-  // Eliminates the keyframes.
+  // Eliminates the poses.
   bool SolveLens() {
     poses_solver_.compute(poses_poses_);
     if (poses_solver_.info() != Eigen::Success) return false;
@@ -222,7 +199,7 @@ class LensProblem {
     Eigen::Matrix<double, 3, kLens> sum = Eigen::Matrix<double, 3, kLens>::Zero();
     for (std::size_t i = 0; i < points_[point].views.size(); ++i) {
       const Linear& l = linear_[first + i];
-      const Eigen::Index row = 6 * Row(points_[point].views[i].keyframe);
+      const Eigen::Index row = 6 * Row(points_[point].views[i].image);
       sum += l.by_point.transpose() * (l.by_lens - l.by_pose * response_.middleRows<6>(row));
     }
     return inverses_[point] * sum;
@@ -241,7 +218,7 @@ class LensProblem {
       for (const View& view : points_[i].views) {
         const Linear& l = linear_[next++];
         sum += l.by_point.transpose() *
-               (l.r + l.by_lens * step + l.by_pose * poses_step.segment<6>(6 * Row(view.keyframe)));
+               (l.r + l.by_lens * step + l.by_pose * poses_step.segment<6>(6 * Row(view.image)));
       }
       points_[i].p_W -= inverses_[i] * sum;
     }
@@ -255,6 +232,7 @@ class LensProblem {
   const double c_;
   LensVector lens_;
   std::vector<Pose> poses_;  // T_CW
+  std::vector<std::size_t> held_;
   std::vector<SeenPoint> points_;
   std::vector<Linear> linear_;             // of all views, by points
   std::vector<Eigen::Matrix3d> inverses_;  // of the information of each point
@@ -265,19 +243,50 @@ class LensProblem {
   Eigen::LDLT<Eigen::MatrixXd> poses_solver_;
 };
 
+LensViews ViewsOf(const Map& map, const MeasurementModel& model,
+                  std::span<const KeyFrameId> keyframes) {
+  LensViews views;
+  views.held = {0};
+  std::unordered_map<KeyFrameId, std::size_t> index;
+  for (const KeyFrameId id : keyframes) {
+    index.emplace(id, views.T_CW.size());
+    views.T_CW.push_back(map.keyframe(id)->T_WC.Inverse());
+  }
+  for (const PointId id : map.ids<MapPoint>()) {
+    const MapPoint& point = *map.Find(id);
+    SeenPoint seen{point.p_W, {}};
+    bool has_depth = false;
+    for (const Observation& o : point.observations) {
+      const auto it = index.find(o.keyframe);
+      if (it == index.end()) continue;
+      const PointFeature& feature =
+          map.keyframe(o.keyframe)->frame.features->points[static_cast<std::size_t>(o.index)];
+      seen.views.push_back({it->second, model.Rows(feature)});
+      has_depth |= feature.depth > 0.0;
+    }
+    if (has_depth && seen.views.size() > 1) views.points.push_back(std::move(seen));
+  }
+  return views;
+}
+
 }  // namespace
+
+std::optional<LensEstimate> EstimateLens(LensViews views, const MeasurementModel& model) {
+  const std::size_t images = views.T_CW.size();
+  LensProblem problem(std::move(views), model);
+  if (problem.points() < kLeastPoints || !problem.Solve()) return std::nullopt;
+  LensEstimate estimate{.intrinsics = problem.lens().head<4>(),
+                        .sigma = problem.Sigma().head<4>(),
+                        .keyframes = static_cast<int>(images),
+                        .points = static_cast<int>(problem.points())};
+  if (!estimate.intrinsics.allFinite() || !estimate.sigma.allFinite()) return std::nullopt;
+  return estimate;
+}
 
 std::optional<LensEstimate> EstimateLens(const Map& map, const MeasurementModel& model,
                                          std::span<const KeyFrameId> keyframes) {
   if (keyframes.size() < kLeastKeyframes) return std::nullopt;
-  LensProblem problem(map, model, keyframes);
-  if (problem.points() < kLeastPoints || !problem.Solve()) return std::nullopt;
-  LensEstimate estimate{.intrinsics = problem.lens().head<4>(),
-                        .sigma = problem.Sigma().head<4>(),
-                        .keyframes = static_cast<int>(keyframes.size()),
-                        .points = static_cast<int>(problem.points())};
-  if (!estimate.intrinsics.allFinite() || !estimate.sigma.allFinite()) return std::nullopt;
-  return estimate;
+  return EstimateLens(ViewsOf(map, model, keyframes), model);
 }
 
 }  // namespace highwall

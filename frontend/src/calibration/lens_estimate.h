@@ -1,16 +1,36 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 
+#include <highwall/core/pose.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
 
 namespace highwall {
 
-// Focal lengths and principal point as a map tells them.
+// What a lens is estimated from: points and the images that see them.
+struct LensViews {
+  // A feature in image `image`, an index of T_CW, as rows of MeasurementModel.
+  struct View {
+    std::size_t image = 0;
+    ProjectionRows<3> rows;
+  };
+  struct SeenPoint {
+    Eigen::Vector3d p_W;
+    std::vector<View> views;  // two or more, one of them with depth
+  };
+
+  std::vector<Pose> T_CW;             // of the images, estimated as well
+  std::vector<std::size_t> held;      // images whose poses are fixed: one of each world
+  std::vector<SeenPoint> points;
+};
+
+// Focal lengths and principal point as images tell them.
 struct LensEstimate {
   Eigen::Vector4d intrinsics = Eigen::Vector4d::Zero();  // fx fy cx cy [px]
   // [px] Standard deviations by the scatter between groups of keyframes: they hold whatever the
@@ -19,10 +39,14 @@ struct LensEstimate {
   int keyframes = 0, points = 0;
 };
 
-// Solves for the lens together with the poses of these keyframes, active and ascending, the points
-// that two or more of them see, and the offset of inverse depth, from the lens of the model on. The
-// map is not changed. Takes a few milliseconds per keyframe. Empty with less than twelve keyframes
-// or a hundred points, and if the equations have no solution (docs/misconfiguration.md, Lens).
+// Solves for the lens together with poses, points and the offset of inverse depth, from the lens of
+// the model on. The scatter is that of eight groups of successive images. Empty with less than a
+// hundred points, and if the equations have no solution.
+std::optional<LensEstimate> EstimateLens(LensViews views, const MeasurementModel& model);
+
+// Does so for these keyframes, active and ascending, and the points that two or more of them see.
+// The map is not changed. Takes a few milliseconds per keyframe. Empty with less than twelve
+// keyframes too (docs/misconfiguration.md, Lens).
 std::optional<LensEstimate> EstimateLens(const Map& map, const MeasurementModel& model,
                                          std::span<const KeyFrameId> keyframes);
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -21,6 +23,7 @@ namespace highwall {
 namespace {
 
 constexpr std::size_t kImages = 8;
+constexpr int kHighest = std::numeric_limits<std::uint16_t>::max();
 
 // [m] Median depths that are usual: with a factor of 1000 for 5000, or the reverse, another
 // results.
@@ -218,8 +221,14 @@ void DepthCheck::Add(const cv::Mat& raw, const cv::Mat& bgr) {
   tests_->size = raw.size();
   tests_->images.push_back(raw);
   tests_->values.Add(raw, bgr);
-  tests_->bend.Add(raw);
-  tests_->edges.Add(raw, bgr);
+  // The highest value beyond the sensor's range stands for no reading, and has no edges.
+  cv::Mat measured = raw;
+  if (kHighest > sensor_.max_depth * sensor_.depth_factor) {
+    measured = raw.clone();
+    measured.setTo(0, raw == kHighest);
+  }
+  tests_->bend.Add(measured);
+  tests_->edges.Add(measured, bgr);
   constexpr int kStep = 8;  // [px] between the readings of the sample
   for (int v = 0; v < raw.rows; v += kStep) {
     for (int u = 0; u < raw.cols; u += kStep) {
