@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/calibration/lens_pairs.h>
 #include <highwall/frontend/input/depth_check.h>
 #include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/input/open_dataset.h>
@@ -394,6 +395,8 @@ DatasetReport InspectDataset(const std::filesystem::path& directory, DatasetOpti
   if (config) {
     AddSizeProblem(config->sensor.camera, &report);
     AddDepthProblems(config->sensor, &report);
+    if (const auto lens = CheckLens(dataset, config->sensor))
+      report.problems.push_back(Line(*lens));
   }
   report.imu = DescribeImu(dataset, config ? config->imu : std::nullopt, &report);
   return report;

@@ -119,6 +119,7 @@ TEST_F(Misconfiguration, AWrongLensIsNamedBeforeTheFirstFrame) {
     const json lens = FindingOf(Report(), "lens");
     ASSERT_FALSE(lens.is_null()) << factor;
     EXPECT_EQ(lens["trust"], "not to be trusted");
+    EXPECT_TRUE(Contains(Highwall("info room").out, "the focal lengths are likely"));
   }
   WriteRoom("room", 1, 30);
   Multiply(File("room") / "calibration.yaml", "cx", 1.3);
