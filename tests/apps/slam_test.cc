@@ -295,7 +295,7 @@ TEST_F(SlamCommand, ALaterRunContinuesASavedMap) {
                  "orb in 5 levels of 1.2: choose another frame.orb.pyramid"},
                 "--set frame.orb.pyramid.levels=5 --load-map " + map.string());
   WriteText(dataset() / "other.yaml",
-            "camera: {width: 320, height: 240, fx: 300, fy: 300, cx: 160, cy: 120}\n"
+            "camera: {width: 320, height: 240, fx: 265, fy: 265, cx: 160, cy: 120}\n"
             "depth_factor: 5000\n");
   ExpectRefused({"room.hwmap: is a map of another camera"},
                 "--load-map " + map.string() + " --config " + (dataset() / "other.yaml").string());
