@@ -14,7 +14,10 @@ SensorVerdict ExamineRecording(const Dataset& dataset, const RgbdSensor& sensor,
   for (SensorFinding& finding : CheckDepth(dataset, sensor, begin, end)) {
     verdict.Add(std::move(finding));
   }
-  if (auto lens = CheckLens(dataset, sensor, begin, end)) verdict.Add(*std::move(lens));
+  // Wrong depth contradicts any lens.
+  if (verdict.trust() == Trust::kConsistent) {
+    if (auto lens = CheckLens(dataset, sensor, begin, end)) verdict.Add(*std::move(lens));
+  }
   SensorFinding stamps{.fault = SensorFault::kStamps, .trust = Trust::kDoubtful};
   for (const StampFinding& finding : CheckStamps(dataset)) {
     stamps.text += (stamps.text.empty() ? "" : "; ") + finding.text;
