@@ -23,7 +23,7 @@ Eigen::MatrixXd ReadMatrixText(const std::filesystem::path& path, int rows, int 
   for (std::int64_t number = 1; std::getline(file, line); ++number) {
     const std::vector<std::string_view> words = SplitWords(line, " \t\r,;");
     if (words.empty() || words.front().starts_with('#')) continue;
-    if (row == rows) throw IoError(path, number, "goes on after its matrix of " + form);
+    if (row == rows) throw IoError(path, number, "has more than " + form);
     if (words.size() != static_cast<std::size_t>(columns)) {
       throw IoError(path, number, "has " + std::to_string(words.size()) + " of " + form);
     }
