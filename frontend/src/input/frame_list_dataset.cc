@@ -80,11 +80,14 @@ FrameListDataset::FrameListDataset(std::filesystem::path folder, FrameList list,
 void FrameListDataset::Sort() {
   std::vector<FrameFiles>& frames = list_.frames;
   std::ranges::stable_sort(frames, {}, &FrameFiles::stamp);
-  const auto doubles = std::ranges::unique(frames, {}, &FrameFiles::stamp);
-  if (!doubles.empty()) {
-    AddWarning(folder_.string() + ": " + std::to_string(doubles.size()) +
+  // Not std::ranges::unique: clang 14 does not compile its range with this standard library.
+  const auto doubles = std::unique(
+      frames.begin(), frames.end(),
+      [](const FrameFiles& a, const FrameFiles& b) { return a.stamp == b.stamp; });
+  if (doubles != frames.end()) {
+    AddWarning(folder_.string() + ": " + std::to_string(frames.end() - doubles) +
                " frames have the stamp of another one and are not used");
-    frames.erase(doubles.begin(), doubles.end());
+    frames.erase(doubles, frames.end());
   }
   std::ranges::sort(list_.without_depth);
 }
