@@ -3,18 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <numbers>
 #include <vector>
 
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
 #include <highwall/mapping/map_comparison.h>
 
+#include "images/encode.h"
 #include "plots/colour_map.h"
 
 namespace highwall::apps {
@@ -192,8 +193,7 @@ cv::Mat HeightImage(const HeightMap& heights) {
 }
 
 void WritePng(const std::filesystem::path& path, const cv::Mat& image) {
-  std::vector<uchar> bytes;
-  if (!cv::imencode(".png", image, bytes)) throw IoError(path, "the picture cannot be encoded");
+  const std::vector<std::uint8_t> bytes = EncodePng(image);
   AtomicFile file(path);
   file.stream().write(reinterpret_cast<const char*>(bytes.data()),
                       static_cast<std::streamsize>(bytes.size()));

@@ -7,13 +7,14 @@
 #include <vector>
 
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
+#include <highwall/frontend/input/image_io.h>
 
 #include "files/trajectory_file.h"
+#include "images/encode.h"
 #include "report/base64.h"
 #include "report/report_graph.h"
 #include "report/report_motion.h"
@@ -135,14 +136,11 @@ json PicturesOf(const fs::path& folder, std::size_t place) {
   for (const Picture& picture : kPictures) {
     const fs::path path = folder / NameOfSubmap(picture.file, place);
     if (!fs::exists(path)) continue;
-    const cv::Mat image = cv::imread(path.string());
-    if (image.empty()) throw IoError(path, "is damaged: it cannot be read as an image");
-    std::vector<unsigned char> jpeg;
-    cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
+    const std::vector<std::uint8_t> jpeg = EncodeJpeg(ReadColourImage(path), kJpegQuality);
     pictures.push_back(
         {{"name", picture.file},
          {"of", picture.of},
-         {"src", "data:image/jpeg;base64," + Base64Of(std::span<const unsigned char>(jpeg))}});
+         {"src", "data:image/jpeg;base64," + Base64Of(std::span<const std::uint8_t>(jpeg))}});
   }
   return pictures;
 }

@@ -8,7 +8,8 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 
-#include "input/image_io.h"
+#include <highwall/frontend/input/image_io.h>
+
 #include "support/temporary_directory.h"
 
 namespace highwall::jpeg_extent_test {

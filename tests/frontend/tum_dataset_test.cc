@@ -6,9 +6,9 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/image_io.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
-#include "input/image_io.h"
 #include "support/generated_tum.h"
 #include "support/message_of.h"
 #include "support/test_paths.h"

@@ -1,13 +1,14 @@
 #include "simulate/output/atomic_folder.h"
 
+#include <cstdint>
 #include <fstream>
 #include <system_error>
 #include <vector>
 
-#include <opencv2/imgcodecs.hpp>
-
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/error.h>
+
+#include "images/encode.h"
 
 namespace highwall::simulate {
 
@@ -45,8 +46,7 @@ void WriteBytes(const std::filesystem::path& path, std::string_view bytes) {
 }
 
 void WritePng(const std::filesystem::path& path, const cv::Mat& image) {
-  std::vector<uchar> bytes;
-  if (!cv::imencode(".png", image, bytes)) throw IoError(path, "could not be encoded as PNG");
+  const std::vector<std::uint8_t> bytes = EncodePng(image);
   WriteBytes(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 

@@ -9,11 +9,12 @@
 #include <string>
 
 #include <opencv2/calib3d.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/image_io.h>
+
 
 namespace highwall {
 namespace {
@@ -250,8 +251,7 @@ void EurocDataset::ReadGroundTruth() {
 }
 
 cv::Mat EurocDataset::Rectified(const std::filesystem::path& file, int camera) const {
-  const cv::Mat raw = cv::imread(file.string(), cv::IMREAD_GRAYSCALE);
-  if (raw.empty()) throw IoError(file, "is missing or no image");
+  const cv::Mat raw = ReadGreyImage(file);
   if (raw.cols != sensor().camera.width || raw.rows != sensor().camera.height) {
     throw IoError(file, "is not of the resolution in sensor.yaml");
   }

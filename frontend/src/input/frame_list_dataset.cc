@@ -8,13 +8,13 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/image_io.h>
 #include <highwall/frontend/input/tum_dataset.h>
 #include <highwall/internal/median.h>
 #include <highwall/internal/number_text.h>
 
 #include "input/colour_to_depth.h"
 #include "input/exr_depth.h"
-#include "input/image_io.h"
 #include "input/recording_folder.h"
 
 namespace highwall {

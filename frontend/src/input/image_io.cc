@@ -1,20 +1,21 @@
-#include "input/image_io.h"
+#include <highwall/frontend/input/image_io.h>
 
-#include <algorithm>
-#include <array>
 #include <cstdint>
 #include <fstream>
-#include <span>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <vector>
 
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
-#include <highwall/core/crc32.h>
 #include <highwall/core/error.h>
 
 #include "input/jpeg_extent.h"
+#include "input/jpeg_image.h"
+#include "input/media_module.h"
+#include "input/png_image.h"
 
 namespace highwall {
 namespace {
@@ -33,56 +34,8 @@ Bytes ReadBytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-template <std::size_t kSize>
-bool StartsWith(const Bytes& bytes, const std::array<std::uint8_t, kSize>& magic) {
-  return bytes.size() >= kSize && std::equal(magic.begin(), magic.end(), bytes.begin());
-}
-
-enum class Condition { kWhole, kNoEnd, kTruncated, kDamaged };
-
-std::uint32_t BigEndian(const std::uint8_t* bytes) {
-  return std::uint32_t{bytes[0]} << 24U | std::uint32_t{bytes[1]} << 16U |
-         std::uint32_t{bytes[2]} << 8U | std::uint32_t{bytes[3]};
-}
-
-// Checks the chunks (length, type, data, checksum; PNG specification, section 5.3) up to IEND.
-Condition ConditionOfPng(const Bytes& bytes) {
-  constexpr std::size_t kSignature = 8, kOverhead = 12;
-  const std::array<std::uint8_t, 4> end{'I', 'E', 'N', 'D'};
-  std::size_t at = kSignature;
-  while (bytes.size() - at >= kOverhead) {
-    const std::size_t length = BigEndian(&bytes[at]);
-    if (length > bytes.size() - at - kOverhead) return Condition::kTruncated;
-    const std::uint8_t* type = &bytes[at + 4];
-    const std::uint8_t* checksum = type + 4 + length;
-    if (Crc32(std::as_bytes(std::span(type, checksum))) != BigEndian(checksum)) {
-      return Condition::kDamaged;
-    }
-    if (std::equal(end.begin(), end.end(), type)) return Condition::kWhole;
-    at += length + kOverhead;
-  }
-  return Condition::kTruncated;
-}
-
-Condition ConditionOfJpeg(const Bytes& bytes) {
-  switch (ExtentOfJpeg(bytes)) {
-    case JpegExtent::kWhole:
-      return Condition::kWhole;
-    case JpegExtent::kNoEnd:
-      return Condition::kNoEnd;
-    case JpegExtent::kTruncated:
-      break;
-  }
-  return Condition::kTruncated;
-}
-
-// Checks completeness where the file format allows it without decoding.
-Condition ConditionOf(const Bytes& bytes) {
-  if (StartsWith<8>(bytes, {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'})) {
-    return ConditionOfPng(bytes);
-  }
-  if (StartsWith<3>(bytes, {0xFF, 0xD8, 0xFF})) return ConditionOfJpeg(bytes);
-  return Condition::kWhole;
+[[noreturn]] void RefuseTruncated(const std::filesystem::path& path) {
+  throw IoError(path, "is truncated");
 }
 
 // Without a complete end marker the decoder holds back the last rows.
@@ -91,19 +44,46 @@ void EndJpeg(Bytes* bytes) {
   bytes->insert(bytes->end(), {0xFF, 0xD9});
 }
 
-cv::Mat Decode(const std::filesystem::path& path, int flags) {
-  Bytes bytes = ReadBytes(path);
-  // Checked before decoding, since libpng and libjpeg print their messages to standard error.
-  const Condition condition = ConditionOf(bytes);
-  if (condition == Condition::kTruncated) throw IoError(path, "is truncated");
-  if (condition == Condition::kDamaged) throw IoError(path, "is damaged: a checksum is wrong");
-  if (condition == Condition::kNoEnd) EndJpeg(&bytes);
-  cv::Mat image;
-  try {
-    image = cv::imdecode(bytes, flags);
-  } catch (const cv::Exception& error) {
-    throw IoError(path, "cannot be decoded: " + error.err);
+// The decoder warns of every file that ends early, and only then is it worth to count the blocks.
+std::optional<cv::Mat> ReadJpeg(const std::filesystem::path& path, Bytes bytes) {
+  auto image = DecodeJpeg(bytes);
+  if (!image || image->has_warnings) {
+    const JpegExtent extent = ExtentOfJpeg(bytes);
+    if (extent == JpegExtent::kTruncated) RefuseTruncated(path);
+    if (extent == JpegExtent::kNoEnd) {
+      EndJpeg(&bytes);
+      image = DecodeJpeg(bytes);
+    }
   }
+  if (!image) return std::nullopt;
+  return image->pixels;
+}
+
+std::optional<cv::Mat> ReadPng(const std::filesystem::path& path, const Bytes& bytes) {
+  // Checked before decoding, since libpng prints its messages to standard error.
+  switch (ConditionOfPng(bytes)) {
+    case PngCondition::kTruncated:
+      RefuseTruncated(path);
+    case PngCondition::kDamaged:
+      throw IoError(path, "is damaged: a checksum is wrong");
+    case PngCondition::kWhole:
+      break;
+  }
+  return DecodePng(bytes);
+}
+
+// Decodes what cameras write. Returns nullopt for other formats and kinds.
+std::optional<cv::Mat> DecodeDirectly(const std::filesystem::path& path, const Bytes& bytes) {
+  if (IsPng(bytes)) return ReadPng(path, bytes);
+  if (IsJpeg(bytes)) return ReadJpeg(path, bytes);
+  return std::nullopt;
+}
+
+cv::Mat DecodeByOpenCv(const std::filesystem::path& path, const Bytes& bytes,
+                       cv::ImreadModes mode) {
+  std::string problem;
+  const cv::Mat image = MediaFor(path).decode_image(bytes, mode, &problem);
+  if (!problem.empty()) throw IoError(path, "cannot be decoded: " + problem);
   if (image.empty()) throw IoError(path, "is not an image or is damaged");
   return image;
 }
@@ -111,11 +91,30 @@ cv::Mat Decode(const std::filesystem::path& path, int flags) {
 }  // namespace
 
 cv::Mat ReadColourImage(const std::filesystem::path& path) {
-  return Decode(path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  const Bytes bytes = ReadBytes(path);
+  const auto image = DecodeDirectly(path, bytes);
+  if (image && image->type() == CV_8UC3) return *image;
+  if (image && image->type() == CV_8UC1) {
+    cv::Mat colour;
+    cv::cvtColor(*image, colour, cv::COLOR_GRAY2BGR);
+    return colour;
+  }
+  return DecodeByOpenCv(
+      path, bytes, cv::ImreadModes(cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION));
+}
+
+cv::Mat ReadGreyImage(const std::filesystem::path& path) {
+  const Bytes bytes = ReadBytes(path);
+  const auto image = DecodeDirectly(path, bytes);
+  if (image && image->type() == CV_8UC1) return *image;
+  return DecodeByOpenCv(
+      path, bytes, cv::ImreadModes(cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION));
 }
 
 cv::Mat ReadStoredImage(const std::filesystem::path& path) {
-  return Decode(path, cv::IMREAD_UNCHANGED);
+  const Bytes bytes = ReadBytes(path);
+  const auto image = DecodeDirectly(path, bytes);
+  return image ? *image : DecodeByOpenCv(path, bytes, cv::IMREAD_UNCHANGED);
 }
 
 cv::Mat ReadDepthImage(const std::filesystem::path& path) {

@@ -1,3 +1,4 @@
+#include <highwall/frontend/input/image_io.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include <algorithm>
@@ -13,7 +14,6 @@
 #include <highwall/internal/median.h>
 #include <highwall/internal/number_text.h>
 
-#include "input/image_io.h"
 #include "input/pair_advice.h"
 #include "input/recording_folder.h"
 #include "input/tum_associations.h"

@@ -6,6 +6,8 @@
 
 #include <highwall/core/error.h>
 
+#include "input/media_module.h"
+
 namespace highwall {
 
 VideoFrames::VideoFrames(std::filesystem::path path) : path_(std::move(path)) {
@@ -15,13 +17,8 @@ VideoFrames::VideoFrames(std::filesystem::path path) : path_(std::move(path)) {
 void VideoFrames::Open() {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path_, error)) throw IoError(path_, "is missing");
-  try {
-    capture_.open(path_.string());
-    if (capture_.isOpened()) capture_.set(cv::CAP_PROP_ORIENTATION_AUTO, 0.0);
-  } catch (const cv::Exception&) {  // its message names OpenCV's own sources
-    capture_.release();
-  }
-  if (!capture_.isOpened()) {
+  decoder_ = MediaFor(path_).open_video(path_);
+  if (!decoder_) {
     throw IoError(path_,
                   "is no video that OpenCV can decode; extract its images to the folder rgb");
   }
@@ -34,10 +31,10 @@ cv::Mat VideoFrames::Read(std::size_t index) {
   if (index + 1 == next_ && !last_.empty()) return last_.clone();
   if (index < next_) Open();
   for (; next_ < index; ++next_) {
-    if (!capture_.grab()) break;
+    if (!decoder_->Skip()) break;
   }
-  cv::Mat image;
-  if (next_ != index || !capture_.read(image) || image.type() != CV_8UC3) {
+  const cv::Mat image = next_ == index ? decoder_->Next() : cv::Mat();
+  if (image.type() != CV_8UC3 || image.empty()) {
     const std::string count = std::to_string(next_);
     throw IoError(path_, "has no image " + std::to_string(index) + ": it ends after " + count);
   }

@@ -2,10 +2,12 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <mutex>
 
 #include <opencv2/core/mat.hpp>
-#include <opencv2/videoio.hpp>
+
+#include "media/opencv_media.h"
 
 namespace highwall {
 
@@ -28,7 +30,7 @@ class VideoFrames {
 
   std::filesystem::path path_;
   std::mutex mutex_;
-  cv::VideoCapture capture_;
+  std::unique_ptr<VideoDecoder> decoder_;
   std::size_t next_ = 0;  // number of the image that is decoded next
   cv::Mat last_;          // the image before it, if any
 };
