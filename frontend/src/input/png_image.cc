@@ -108,12 +108,12 @@ std::unique_ptr<std::uint8_t[]> Decompress(ByteSpan compressed, std::size_t size
   return result == LIBDEFLATE_SUCCESS ? std::move(bytes) : nullptr;
 }
 
+// Ties go to the left, then to the value above. Without branches: noise makes them unpredictable.
 std::uint8_t Paeth(int left, int above, int corner) {
   const int from_left = std::abs(above - corner), from_above = std::abs(left - corner);
   const int from_corner = std::abs(left + above - 2 * corner);
-  const int nearer = from_above <= from_corner ? above : corner;
-  return static_cast<std::uint8_t>(from_left <= from_above && from_left <= from_corner ? left
-                                                                                       : nearer);
+  const int nearer = from_above < from_left ? above : left;
+  return static_cast<std::uint8_t>(from_corner < std::min(from_left, from_above) ? corner : nearer);
 }
 
 // Undoes the filter of a row in place. above: the row before it, or zeros; kPixel: bytes of a pixel.
