@@ -24,10 +24,11 @@ install(FILES ${PROJECT_BINARY_DIR}/highwallConfig.cmake
         DESTINATION ${package_dir} COMPONENT core)
 include(${CMAKE_CURRENT_LIST_DIR}/HighwallPkgConfig.cmake)
 
-# README.md and docs/ are installed side by side, as in the source, so that their links are valid.
+# README.md and docs/ are installed side by side, as in the source, so that their links are valid;
+# the notes of docs/lab/ stay in the repository.
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT core)
 install(FILES README.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs)
-install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT docs PATTERN lab EXCLUDE)
 foreach(module IN ITEMS core factors frontend mapping)
   install(FILES tests/consumer/use_${module}.cc DESTINATION ${CMAKE_INSTALL_DOCDIR}/docs/examples
           COMPONENT docs)
