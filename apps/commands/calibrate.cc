@@ -65,7 +65,7 @@ Recording Find(const CalibrateArguments& arguments) {
     return is_there ? StringIn(report.at(pointer)) : std::string();
   };
   if (text("/options/imu") != "off" && arguments.trajectory.empty()) {
-    throw IoError(file, "its poses lean on the IMU: take a run of highwall slam --imu off");
+    throw IoError(file, "its poses depend on the IMU: give a run of highwall slam --imu off");
   }
   const std::vector<std::filesystem::path> datasets = DatasetsOfRun(arguments.input, report);
   if (datasets.empty()) {
@@ -109,7 +109,7 @@ void PrintText(const CameraImuCalibration& found, bool with_scale) {
   }
   fmt::print("biases       {} rad/s, {} m/s^2\n", Triple(found.bias.head<3>(), 1.0, 4),
              Triple(found.bias.tail<3>(), 1.0, 3));
-  for (const std::string& advice : found.advice) fmt::print("not seen     {}\n", advice);
+  for (const std::string& advice : found.advice) fmt::print("unobserved   {}\n", advice);
 }
 
 nlohmann::ordered_json CalibrationJson(const CameraImuCalibration& found) {
@@ -156,8 +156,8 @@ std::optional<ImuInput> OpenImu(const Recording& recording, const OpenedDataset&
     PrintWarning(
         "calibrate",
         recording.dataset.string() +
-            ": no calibration names the noise of the IMU: that of EuRoC's is taken (find it with "
-            "highwall imu-noise)");
+            ": no calibration states the noise of the IMU; that of EuRoC's is assumed (highwall "
+            "imu-noise measures it)");
   }
   for (const std::string& warning : imu->warnings) PrintWarning("calibrate", warning);
   if (!imu->IsUsable()) throw IoError(imu->file, "cannot be used");
@@ -263,12 +263,12 @@ void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
       "--trajectory", arguments->trajectory, "T_WC by the images alone, instead of tracking them");
   command
       ->add_flag("--intrinsics", arguments->intrinsics,
-                 "Find the focal lengths and the principal point as well: tracks again")
+                 "Estimate the focal lengths and the principal point as well, and track again")
       ->excludes(trajectory);
   command->add_option("--out", arguments->out, "calibration.yaml to write");
   AddMaxPairDifference(command, &arguments->max_pair_difference);
   command->add_flag("--keep-depth", arguments->keep_depth,
-                    "Depth is right: no scale, no offset, no pattern");
+                    "Keep the depth as it is: no scale, no offset, no pattern");
   command->add_flag("--json", arguments->json, "One JSON object on standard output");
   command->footer(
       "Example: move the camera for a minute through one place, turning it about all of its axes, "

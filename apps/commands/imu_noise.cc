@@ -106,10 +106,11 @@ Findings Find(const ImuNoiseArguments& arguments) {
   found.rest = arguments.assume_rest ? std::vector<ReadingRange>{{0, found.samples.size()}}
                                      : FindRest(found.samples);
   if (found.rest.empty()) {
-    throw IoError(arguments.input,
-                  "the sensor rests nowhere for three seconds (motion, vibration, readings that "
-                  "are missing or rarer than 20 Hz and a bias above 0.1 rad/s are no rest): record "
-                  "it lying still, or take the readings as they are with --assume-rest");
+    throw IoError(
+        arguments.input,
+        "the sensor is never at rest for three seconds (motion, vibration, missing readings, "
+        "a rate below 20 Hz and a bias above 0.1 rad/s are no rest): record it lying "
+        "still, or use all readings with --assume-rest");
   }
   const Progress progress("fitting");
   const std::optional<ImuNoiseEstimate> estimate = EstimateImuNoise(found.samples, found.rest);
@@ -155,8 +156,8 @@ void PrintCalibration(const ImuNoiseEstimate& estimate) {
   if (!yaml.empty()) fmt::print("for calibration.yaml, below imu:\n  {{{}}}\n", yaml);
   if (missing.empty()) return;
   fmt::print(
-      "not seen: {}: white noise shows after seconds of rest, a walk where the curve rises, "
-      "after minutes to hours; until then take the data sheet's\n",
+      "not observed: {}: white noise needs seconds of rest, a random walk minutes to hours; until "
+      "then use the values of the data sheet\n",
       missing);
 }
 
@@ -169,7 +170,7 @@ void PrintText(const ImuNoiseArguments& arguments, const Findings& found) {
     const SensorNoise& noise = found.estimate.*line.sensor;
     const NoiseDensity& all = noise.all.*line.part;
     fmt::print("  {:26} {:>9}  {:21}", line.key,
-               all.IsSeen() ? fmt::format("{:.2e}", all.value) : "not seen",
+               all.IsSeen() ? fmt::format("{:.2e}", all.value) : "unobserved",
                all.IsSeen() ? fmt::format("{:.2e} to {:.2e}", all.low, all.high)
                             : fmt::format("below {:.2e}", all.high));
     for (const NoiseDensities& axis : noise.axes) {

@@ -318,15 +318,15 @@ void AddMapCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--voxel", arguments->voxel, "Edge of the cloud's voxels [m]")
       ->check(Between(1e-3, 10.0))
       ->capture_default_str();
-  command->add_option("--max-range", arguments->max_range, "Farther depth is ignored [m]")
+  command->add_option("--max-range", arguments->max_range, "Largest depth that is used [m]")
       ->check(Between(0.31, 1000.0))
       ->capture_default_str();
-  command->add_option("--threads", arguments->threads, "That build the octree")
+  command->add_option("--threads", arguments->threads, "Threads that build the octree")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
   command
       ->add_option("--memory-limit", arguments->memory_limit,
-                   "Refuses an octree that would need more [MB]")
+                   "Reject an octree that would need more [MB]")
       ->check(Between(1.0, 1e9))
       ->capture_default_str();
   command->add_flag("--raw", arguments->raw,

@@ -87,7 +87,7 @@ std::string WhyApart(const MergedRuns& runs, std::size_t run) {
   const auto count = std::ranges::count_if(loops, is_of);
   if (count == 0) return "no place of it was recognized in another";
   const auto last = std::find_if(loops.rbegin(), loops.rend(), is_of);
-  return fmt::format("{} {} refused, the last because: {}", count,
+  return fmt::format("{} {} rejected, the last because: {}", count,
                      count == 1 ? "place was" : "places were", last->message);
 }
 
@@ -104,13 +104,13 @@ void PrintSummary(const MergedRuns& runs, const nlohmann::json& report, const st
   }
   const nlohmann::json& loops = report["loops"];
   fmt::print("merges      {} of submaps\n", loops["merges"].get<std::size_t>());
-  fmt::print("loops       {} closed, {} refused\n", loops["closed"].get<std::size_t>(),
+  fmt::print("loops       {} closed, {} rejected\n", loops["closed"].get<std::size_t>(),
              loops["refused"].get<std::size_t>());
   fmt::print("map         {} keyframes, {} points, {} lines\n", map.num_keyframes(),
              map.num<MapPoint>(), map.num<MapLine>());
   fmt::print("submaps     {}\n", runs.worlds.size() == 1
-                                     ? "one: all is in one world"
-                                     : fmt::format("{} that were not joined", runs.worlds.size()));
+                                     ? "one: all keyframes share a world"
+                                     : fmt::format("{} separate worlds", runs.worlds.size()));
   for (std::size_t run = 0; run < runs.runs.size(); ++run) {
     if (runs.worlds.empty() || runs.IsIn(run, runs.worlds.front())) continue;
     fmt::print("apart       {}: {}\n", runs.runs[run].path.string(), WhyApart(runs, run));
@@ -152,7 +152,7 @@ int RunMerge(const MergeArguments& arguments) {
 void AddMergeCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<MergeArguments>();
   CLI::App* command = app.add_subcommand(
-      "merge", "Make one map of finished runs of one place, with one camera: what meets is joined");
+      "merge", "Merge finished runs of one place, with one camera, into one map");
   command
       ->add_option("runs", arguments->runs,
                    "Folders of runs (highwall slam --out), of merged runs, or maps of --save-map")
@@ -165,8 +165,9 @@ void AddMergeCommand(CLI::App& app, CommandAction& action) {
   command->footer(
       "Example:\n  highwall merge monday tuesday --out office\n"
       "writes map.hwmap (for highwall slam --load-map), trajectory_run1.txt of monday and\n"
-      "trajectory_run2.txt of tuesday in one world, and run.json. What did not meet stays apart,\n"
-      "in files numbered _2 and so on, and it is said why.");
+      "trajectory_run2.txt of tuesday in one world, and run.json. A run that overlaps no other\n"
+      "keeps a world of its own, in files numbered _2 and so on, and the summary states the "
+      "reason.");
   command->callback([arguments, &action] {
     if (arguments->runs.size() < 2) {
       throw CLI::ValidationError("runs", "two runs or more are needed to merge them");

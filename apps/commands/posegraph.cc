@@ -150,24 +150,26 @@ int RunPoseGraph(const PoseGraphArguments& arguments) {
 
 void AddPosegraphCommand(CLI::App& app, CommandAction& action) {
   CLI::App* command = app.add_subcommand(
-      "posegraph", "Optimizes a pose graph (g2o, SE(2) or SE(3)), false loops tolerated if asked.");
+      "posegraph", "Optimize a pose graph (g2o, SE(2) or SE(3)), and reject false loops if asked");
   const auto arguments = std::make_shared<PoseGraphArguments>();
   command->add_option("input", arguments->input, "g2o file, with or without vertices")->required();
   command->add_option("output", arguments->output, "g2o file of the same graph, solved")
       ->required();
-  command->add_option("--init", arguments->initialization, "Where the poses begin")
+  command->add_option("--init", arguments->initialization, "Initial poses")
       ->check(OneOf({"given", "odometry", "tree", "chordal"}))
       ->capture_default_str();
-  AddChoice(command, "--robust", &arguments->robust, Named<RobustLoops>(kChoices<RobustLoops>),
-            "How false loops are found; loops are the edges between ids that do not follow each "
-            "other (default: none)");
+  AddChoice(
+      command, "--robust", &arguments->robust, Named<RobustLoops>(kChoices<RobustLoops>),
+      "How false loops are rejected; loops are the edges between ids that are not consecutive "
+      "(default: none)");
   command
       ->add_option("--max-loop-chi2", arguments->max_loop_chi2,
-                   "Loops above are false; 0: the 99.9 % quantile")
+                   "A loop with a larger chi-squared is false; 0: the 99.9 % quantile")
       ->check(CLI::Range(0.0, 1e12))
       ->capture_default_str();
   command
-      ->add_option("--max-iterations", arguments->max_iterations, "Of each stage of the solution")
+      ->add_option("--max-iterations", arguments->max_iterations,
+                   "Iterations of each stage of the solution")
       ->check(CLI::Range(0, 1'000'000))
       ->capture_default_str();
   command->add_flag("--json", arguments->json,

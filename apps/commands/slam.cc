@@ -56,8 +56,8 @@ void WarnOfImu(const SlamRun& run) {
 void WarnOfGps(const SlamRun& run) {
   if (!run.gps || run.gps->T_GW) return;
   fmt::print(stderr,
-             "highwall slam: warning: the GPS was not used: {} of its {} fixes fell to tracked "
-             "frames, too few, or too near to each other, to place the map in its frame\n",
+             "highwall slam: warning: the GPS was not used: {} of its {} fixes belong to tracked "
+             "frames, too few or too close together to locate the map in the frame of the GPS\n",
              run.gps->used, run.gps->fixes);
 }
 
@@ -91,11 +91,12 @@ void WarnOfDepth(const SlamRun& run, double depth_factor) {
 void PrintInertial(const InertialSummary& inertial) {
   if (!inertial.last.estimate) return;
   const InertialReport& last = inertial.last;
-  fmt::print("imu         t_d {:.2f} +- {:.2f} ms, gravity +- {:.2f} deg, {} frames by it alone\n",
-             last.time_offset * 1e3, last.time_offset_sigma * 1e3,
-             last.gravity_sigma * 180.0 / M_PI, inertial.dead_reckoned);
+  fmt::print(
+      "imu         t_d {:.2f} +- {:.2f} ms, gravity +- {:.2f} deg, {} frames by the IMU alone\n",
+      last.time_offset * 1e3, last.time_offset_sigma * 1e3, last.gravity_sigma * 180.0 / M_PI,
+      inertial.dead_reckoned);
   if (inertial.contradicted > 0 || inertial.saturated > 0) {
-    fmt::print("            {} intervals contradicted by images, {} at the end of its range\n",
+    fmt::print("            images contradict {} intervals, {} intervals saturate the sensor\n",
                inertial.contradicted, inertial.saturated);
   }
   if (const auto& mount = last.extrinsics) {
@@ -114,7 +115,7 @@ void PrintMapping(const SlamRun& run) {
   fmt::print("map         {} keyframes, {} points, {} lines\n", run.keyframes.size(), run.points,
              run.lines);
   if (!run.sensor.depth_pattern.IsZero()) {
-    fmt::print("depth       distortion corrected: {:.2f} % over the image, at 1 m (RMS)\n",
+    fmt::print("depth       correction of the distortion over the image: {:.2f} % at 1 m (RMS)\n",
                100.0 * run.sensor.depth_pattern.Rms());
   }
   if (run.inertial) PrintInertial(*run.inertial);
@@ -122,18 +123,19 @@ void PrintMapping(const SlamRun& run) {
     fmt::print("gps         {} of {} fixes used, {:.2f} m RMS from the trajectory\n", run.gps->used,
                run.gps->fixes, run.gps->rms);
   }
-  fmt::print("loops       {} closed, {} refused\n", run.loops.closed, run.loops.refused);
+  fmt::print("loops       {} closed, {} rejected\n", run.loops.closed, run.loops.refused);
   const AdjustmentCounts& adjusted = run.adjustments;
-  fmt::print("adjusted    {} times, {} refused, {} failed, {} moved nothing; {} steps rejected\n",
-             adjusted.all, adjusted.refused, adjusted.failed, adjusted.unmoved,
-             adjusted.rejected_steps);
+  fmt::print(
+      "adjustments {} of the map; {} rejected, {} failed, {} without effect; {} steps rejected\n",
+      adjusted.all, adjusted.refused, adjusted.failed, adjusted.unmoved, adjusted.rejected_steps);
   fmt::print("mapping     {:.1f} ms a keyframe (median)\n", run.times.mapping.median);
 }
 
 void PrintSubmaps(const SlamRun& run) {
   if (!run.map_met) {
-    fmt::print("map         never recognized: its world has no pose, {} is in another\n",
-               NameOfSubmap(kTrajectoryFile, FirstPlace(run)));
+    fmt::print(
+        "map         no frame was recognized in the loaded map; {} is in a world of its own\n",
+        NameOfSubmap(kTrajectoryFile, FirstPlace(run)));
   }
   if (run.loops.merges > 0) fmt::print("merges      {} of submaps\n", run.loops.merges);
   if (run.others.empty()) return;
@@ -144,7 +146,21 @@ void PrintSubmaps(const SlamRun& run) {
     parts += fmt::format(", {} in {}", run.others[i].trajectory.size(),
                          NameOfSubmap(kTrajectoryFile, first + i + 1));
   }
-  fmt::print("submaps     {} that were not joined: {}\n", run.others.size() + 1, parts);
+  fmt::print("submaps     {} separate worlds: {}\n", run.others.size() + 1, parts);
+}
+
+// Prints how to measure the accuracy, or how to judge it without a ground truth.
+void PrintAccuracy(const SlamRun& run, const SlamArguments& arguments, bool has_truth) {
+  const auto truth = std::filesystem::path(arguments.dataset) / "groundtruth.txt";
+  if (has_truth && std::filesystem::exists(truth)) {
+    const auto trajectory =
+        std::filesystem::path(arguments.out) / NameOfSubmap(kTrajectoryFile, FirstPlace(run));
+    fmt::print("accuracy    highwall eval ape {} {}\n", truth.string(), trajectory.string());
+  } else if (!has_truth) {
+    fmt::print(
+        "accuracy    unknown: the recording has no ground truth. Judge it by closed loops, by "
+        "double walls in the cloud, and by a second recording (highwall map compare)\n");
+  }
 }
 
 // has_truth: a readable ground truth exists. memory: as in run.json [MiB].
@@ -163,11 +179,12 @@ void PrintSummary(const SlamRun& run, const SlamArguments& arguments, bool has_t
   if (run.repeated > 0) fmt::print("repeated    {} colour images\n", run.repeated);
   PrintSubmaps(run);
   if (run.open_frames > 0) {
-    fmt::print("open        {} frames leave a direction of the pose open\n", run.open_frames);
+    fmt::print("degenerate  {} frames leave a direction of the pose unobservable\n",
+               run.open_frames);
   }
   if (arguments.live) fmt::print("live        {} frames dropped\n", run.dropped);
   if (arguments.localize) {
-    fmt::print("map         {} points, {} lines, as they were\n", run.points, run.lines);
+    fmt::print("map         {} points, {} lines, not changed\n", run.points, run.lines);
   } else {
     PrintMapping(run);
   }
@@ -184,13 +201,7 @@ void PrintSummary(const SlamRun& run, const SlamArguments& arguments, bool has_t
                dense->octree.NodeCount(), dense->octree.options().resolution);
   }
   fmt::print("memory      {:.0f} MiB at its peak\n", memory);
-  const auto truth = std::filesystem::path(arguments.dataset) / "groundtruth.txt";
-  if (has_truth && std::filesystem::exists(truth)) {
-    fmt::print(
-        "error       highwall eval ape {} {}\n", truth.string(),
-        (std::filesystem::path(arguments.out) / NameOfSubmap(kTrajectoryFile, FirstPlace(run)))
-            .string());
-  }
+  PrintAccuracy(run, arguments, has_truth);
   fmt::print("results in  {}\n", arguments.out);
   fmt::print("verdict     {}\n", run.verdict.Summary());
 }

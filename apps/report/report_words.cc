@@ -64,10 +64,10 @@ std::string Tracking(const nlohmann::json& run) {
                         n == 1 ? "was" : "were");
   }
   if (const std::size_t n = Count(run, "/relocalizations"); n > 0) {
-    text += fmt::format(" Tracking was found again {}.", Counted(n, "time"));
+    text += fmt::format(" Tracking relocalized {}.", Counted(n, "time"));
   }
   if (const std::size_t n = Count(run, "/open_frames"); n > 0) {
-    text += fmt::format(" {} left a direction of the pose open.", Counted(n, "frame"));
+    text += fmt::format(" {} left a direction of the pose unobservable.", Counted(n, "frame"));
   }
   return text;
 }
@@ -85,7 +85,9 @@ std::string Verdict(const nlohmann::json& run) {
 
 std::string Error(const nlohmann::json& errors) {
   if (errors.is_null()) {
-    return "There is no ground truth at hand, so nothing is said of errors.";
+    return "The accuracy is unknown, because there is no ground truth: judge it by closed loops "
+           "and by "
+           "double walls in the cloud.";
   }
   return fmt::format(
       "Against the ground truth the absolute error is {} (RMSE, rigid alignment; the largest {}), "
@@ -102,16 +104,15 @@ std::string Mapping(const nlohmann::json& run) {
                   Counted(Count(run, "/landmarks/lines"), "line"));
   const std::size_t closed = Count(run, "/loops/closed"), refused = Count(run, "/loops/refused");
   if (closed + refused == 0) {
-    text += " No loop was met.";
+    text += " No loop was closed.";
   } else {
     text +=
-        fmt::format(" {} closed, {} refused.", Counted(closed, "loop was", "loops were"), refused);
+        fmt::format(" {} closed, {} rejected.", Counted(closed, "loop was", "loops were"), refused);
   }
   const std::size_t merges = Count(run, "/loops/merges");
-  if (merges > 0)
-    text += fmt::format(" {} of maps joined what had been apart.", Counted(merges, "merge"));
+  if (merges > 0) text += fmt::format(" {} joined separate maps.", Counted(merges, "merge"));
   const std::size_t maps = run.value("submaps", nlohmann::json::array()).size();
-  if (maps > 1) text += fmt::format(" In the end there are {} maps that have not met.", maps);
+  if (maps > 1) text += fmt::format(" {} separate maps remain.", maps);
   if (run.contains(Pointer("/map/cloud"))) {
     text += fmt::format(
         " The dense cloud has {}, the octree {} of {:.3g} cm.",
@@ -127,25 +128,24 @@ std::string Inertial(const nlohmann::json& imu) {
     return "The IMU was not used: " + imu.value("reason", "it was never initialized") + ".";
   }
   std::string text = fmt::format(
-      "The IMU weighed {:.2f} on average; its squared innovations are {:.2f} a degree of freedom "
-      "(1 if "
-      "the noise model is right), its clock is {:+.2f} ms from the camera's.",
+      "The mean weight of the IMU is {:.2f}, its squared innovation {:.2f} per degree of freedom "
+      "(1 "
+      "if the noise model is right). Its clock is {:+.2f} ms from the camera's.",
       Number(imu, "/mean_weight"), Number(imu, "/innovation_per_dof"),
       1e3 * Number(imu, "/time_offset/value"));
   if (const std::size_t n = Count(imu, "/dead_reckoned_frames"); n > 0) {
-    text +=
-        fmt::format(" {} by it alone.", Counted(n, "frame has its pose", "frames have their pose"));
+    text += fmt::format(" {} by the IMU alone.",
+                        Counted(n, "frame has its pose", "frames have their pose"));
   }
   if (const std::size_t n = Count(imu, "/contradicted_intervals"); n > 0) {
     text += fmt::format(" The images contradicted its readings in {}: these were not used.",
                         Counted(n, "interval"));
   }
   if (const std::size_t n = Count(imu, "/saturated_intervals"); n > 0) {
-    text += fmt::format(" In {} some of its readings end where the sensor does.",
-                        Counted(n, "interval"));
+    text += fmt::format(" In {} readings saturate the sensor.", Counted(n, "interval"));
   }
   if (imu.contains("depth_scale")) {
-    text += fmt::format(" True depth is {:.4f} ± {:.4f} times what was measured.",
+    text += fmt::format(" True depth is {:.4f} ± {:.4f} times the measured depth.",
                         Number(imu, "/depth_scale/value"), Number(imu, "/depth_scale/sigma"));
   }
   return text;
@@ -157,7 +157,7 @@ std::string Timing(const nlohmann::json& run) {
     const std::string sigma = std::string("/frame_timing_s/sigma/") + key;
     const double deviation = Number(run, sigma.c_str());
     return fmt::format("{:.1f} ± {:.1f} ms{}", sign * 1e3 * Number(run, at.c_str()),
-                       1e3 * deviation, deviation < kSeenRowTime ? "" : " (hardly seen)");
+                       1e3 * deviation, deviation < kSeenRowTime ? "" : " (hardly observed)");
   };
   const bool early = Number(run, "/frame_timing_s/value/depth_delay") < 0.0;
   return fmt::format(

@@ -136,7 +136,7 @@ void PrintOffset(const CameraCalibration& found) {
 void PrintText(const FrameTimingEstimate& found) {
   for (const RowTime& time : kRowTimes) {
     fmt::print("{:12} {:.1f} +- {:.1f} ms{}\n", time.name, 1e3 * (found.value.*time.member),
-               1e3 * (found.sigma.*time.member), IsSeen(time, found) ? "" : ": hardly seen");
+               1e3 * (found.sigma.*time.member), IsSeen(time, found) ? "" : ": hardly observed");
   }
 }
 
@@ -213,7 +213,7 @@ CalibrationSigma TakeFound(const CalibratedImages& found, RgbdSensor* sensor) {
 void Print(const CalibratedImages& found, const ImageCalibrationOptions& options) {
   if (options.intrinsics) PrintIntrinsics(found.camera);
   PrintOffset(found.camera);
-  for (const std::string& advice : found.camera.advice) fmt::print("not seen     {}\n", advice);
+  for (const std::string& advice : found.camera.advice) fmt::print("unobserved   {}\n", advice);
   PrintText(found.timing);
 }
 

@@ -22,10 +22,9 @@ LossWords Explain(LossReason reason) {
     case LossReason::kBlurred:
       return {"the image is blurred", "slower motion, or more light and a shorter exposure"};
     case LossReason::kPlain:
-      return {"the image shows hardly anything with corners or edges",
-              "a view with more structure, or an IMU"};
+      return {"the image has hardly any corners or edges", "a view with more structure, or an IMU"};
     case LossReason::kNoDepth:
-      return {"there is hardly any depth where the features are",
+      return {"the features have hardly any depth",
               "a view within the sensor's range (highwall info says what it measures)"};
     case LossReason::kTooFast:
       return {"the camera turned or moved too fast", "slower motion, or a higher frame rate"};
@@ -33,10 +32,11 @@ LossWords Explain(LossReason reason) {
       return {"the matches with the frame before contradict each other",
               "a calibration that fits (highwall info), or fewer repeated patterns in view"};
     case LossReason::kAllMoving:
-      return {"most of the view is on moving objects",
+      return {"moving objects fill most of the image",
               "a view with more static surfaces, or an IMU"};
     case LossReason::kUnknownPlace:
-      return {"nothing in the image is in the map", "overlap between the views before and after"};
+      return {"the image matches no place in the map",
+              "overlap between the views before and after"};
     case LossReason::kRepeatedImage:
       return {"the colour image repeats the one before", "a recording without dropped images"};
     case LossReason::kDeadReckoning:
@@ -67,10 +67,9 @@ std::string LossAdvice(const std::map<std::string, std::size_t>& reasons, std::s
                        words.what, words.helps);
   }
   return fmt::format(
-      "{} of {} frames without a pose: tracking in their submaps was lost soon, and these submaps "
-      "were dropped; "
-      "what helps: depth that fits the colour images (highwall info tests it), slower motion, more "
-      "light",
+      "{} of {} frames without a pose: tracking failed soon after their submap began, and the "
+      "system dropped the submap; what helps: depth that fits the colour images (highwall info "
+      "tests it), slower motion, more light",
       count, lost);
 }
 

@@ -21,7 +21,7 @@ namespace {
 void AddMapOptions(CLI::App* command, SlamArguments* arguments) {
   CLI::Option* load_map =
       command->add_option("--load-map", arguments->load_map,
-                          "Go on in a map: map.hwmap of a run, or what --save-map wrote");
+                          "Continue in a map: map.hwmap of a run, or a file of --save-map");
   CLI::Option* save_map =
       command
           ->add_option("--save-map", arguments->save_map,
@@ -29,7 +29,7 @@ void AddMapOptions(CLI::App* command, SlamArguments* arguments) {
           ->check(NotEmpty());
   CLI::Option* adjust_all =
       command->add_flag("--adjust-all", arguments->adjust_all,
-                        "In the end adjust all keyframes and landmarks together, and write "
+                        "Adjust all keyframes and landmarks together at the end, and write "
                         "trajectory_adjusted.txt");
   command
       ->add_flag(
@@ -124,7 +124,7 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
   AddChoice<Features>(
       command, "--features", &arguments->features,
       {{"points", Features::kPoints}, {"lines", Features::kLines}, {"both", Features::kBoth}},
-      "What is tracked (default: both)");
+      "Features that are tracked (default: both)");
   AddChoice(command, "--point-detector", &arguments->point_detector,
             Named<PointDetector>(kChoices<PointDetector>), "Detector of points (default: orb)");
   AddChoice(command, "--line-detector", &arguments->detector,

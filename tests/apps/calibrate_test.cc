@@ -322,8 +322,8 @@ TEST(SlamCommand, CorrectsADepthDistortionThatItFinds) {
   const auto [words, corrected] = run("corrected", "");
   const auto [silent, as_it_is] = run("as_it_is", " --set depth_pattern.enabled=false");
   EXPECT_LT(corrected, 0.7 * as_it_is);
-  EXPECT_NE(words.find("depth       distortion corrected: "), std::string::npos) << words;
-  EXPECT_EQ(silent.find("distortion corrected"), std::string::npos) << silent;
+  EXPECT_NE(words.find("depth       correction of the distortion over the image: "), std::string::npos) << words;
+  EXPECT_EQ(silent.find("correction of the distortion"), std::string::npos) << silent;
   std::ifstream file(folder / "corrected" / "run.json");
   const auto found = json::parse(file)["depth_pattern"]["values_per_m"].get<std::vector<double>>();
   ASSERT_EQ(found.size(), static_cast<std::size_t>(DepthPattern::kNodes));

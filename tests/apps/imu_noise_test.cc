@@ -72,7 +72,7 @@ TEST_F(ImuNoiseCommand, PrintsLinesForACalibrationAndNamesMissingOnes) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_TRUE(Contains(outcome.out, "\n  {gyroscope_noise: 0.0001")) << outcome.out;
   EXPECT_TRUE(Contains(outcome.out, ", accelerometer_noise: 0.00")) << outcome.out;
-  EXPECT_TRUE(Contains(outcome.out, "not seen: gyroscope_walk, accelerometer_walk: "));
+  EXPECT_TRUE(Contains(outcome.out, "not observed: gyroscope_walk, accelerometer_walk: "));
   const std::string plot = testing::ReadText(folder_ / "noise.svg");
   EXPECT_TRUE(Contains(plot, "</svg>"));
   EXPECT_TRUE(Contains(plot, "accelerometer"));
@@ -87,7 +87,7 @@ TEST_F(ImuNoiseCommand, TakesTheGivenStretchWithoutLookingForRest) {
 
 TEST_F(ImuNoiseCommand, RefusesReadingsInMotionMissingOnesAndWrongUsage) {
   WriteReadings(20.0, 0.0);
-  testing::ExpectRefused(Run(file().string()), 2, {file().string(), "rests nowhere"});
+  testing::ExpectRefused(Run(file().string()), 2, {file().string(), "never at rest"});
   testing::ExpectRefused(Run(file().string() + " --from 30"), 2, {file().string(), "--from"});
   EXPECT_EQ(Run(file().string() + " --from 5 --to 2").exit_code, 1);
   EXPECT_EQ(Run(file().string() + " --to nan").exit_code, 1);

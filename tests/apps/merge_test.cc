@@ -113,7 +113,7 @@ TEST_F(MergeTest, SessionsOfOneRoomBecomeOneMapWithEveryFrameInIt) {
   const Outcome outcome = In("merge run_monday run_tuesday --out office");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
-  EXPECT_TRUE(Contains(outcome.out, "one: all is in one world")) << outcome.out;
+  EXPECT_TRUE(Contains(outcome.out, "one: all keyframes share a world")) << outcome.out;
   const Trajectory all = Read("office/trajectory.txt");
   EXPECT_EQ(all.size(), 40U + 45U);
   EXPECT_EQ(Read("office/trajectory_run1.txt").size(), 40U);
@@ -166,7 +166,7 @@ TEST_F(MergeTest, WhereStampsOverlapOneTrajectoryHoldsOneSession) {
 TEST_F(MergeTest, SessionsOfTwoRoomsStayApartAndItIsSaid) {
   const Outcome outcome = In("merge run_monday run_elsewhere --out apart");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  EXPECT_TRUE(Contains(outcome.out, "2 that were not joined")) << outcome.out;
+  EXPECT_TRUE(Contains(outcome.out, "2 separate worlds")) << outcome.out;
   EXPECT_TRUE(Contains(outcome.out, "apart       run_elsewhere: ")) << outcome.out;
   const Trajectory before = Read("run_monday/trajectory.txt"), after = Read("apart/trajectory.txt");
   ASSERT_EQ(before.size(), after.size());

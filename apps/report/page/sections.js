@@ -180,7 +180,7 @@
     line_px_by_length: "pixels of lines, to 1/16, 1/8, 1/4 of the image's width and beyond",
     line_depth_by_depth: "depth of lines, to 1, 2, 4 m and beyond",
   };
-  const hardly = (seen) => (seen ? "" : " (hardly seen)");
+  const hardly = (seen) => (seen ? "" : " (hardly observed)");
   const listOf = (values, sigmas, factor) => values.map((v, i) => plusMinus(factor * v, factor * sigmas[i]));
 
   function timingRows({ value, sigma }) {

@@ -229,23 +229,26 @@ class CameraGraph {
 
 std::vector<std::string> Advice(const CameraCalibration& found, bool intrinsics, bool pattern) {
   constexpr const char* kMotion[] = {
-      "fx was hardly seen: turn the camera left and right, by at least half of its field of view",
-      "fy was hardly seen: tilt the camera up and down, by at least half of its field of view",
-      "cx was hardly seen: roll the camera about its optical axis, to and fro by a quarter",
-      "cy was hardly seen: roll the camera about its optical axis, to and fro by a quarter"};
+      "fx is hardly observable: turn the camera left and right, by at least half of its field of "
+      "view",
+      "fy is hardly observable: tilt the camera up and down, by at least half of its field of view",
+      "cx is hardly observable: roll the camera about its optical axis, back and forth by a "
+      "quarter",
+      "cy is hardly observable: roll the camera about its optical axis, back and forth by a "
+      "quarter"};
   std::vector<std::string> advice;
   for (int i = 0; intrinsics && i < 4; ++i) {
     if (!found.seen[static_cast<std::size_t>(i)]) advice.emplace_back(kMotion[i]);
   }
   if (!found.inverse_depth_seen) {
     advice.emplace_back(
-        "the offset of depth was hardly seen: look at the same things from near and from far, half "
-        "a metre to and fro and more");
+        "the offset of depth is hardly observable: look at the same things from near and from far, "
+        "half a metre back and forth and more");
   }
   if (pattern && !found.depth_pattern_seen) {
     advice.emplace_back(
-        "the pattern of depth over the image was hardly seen: let the same things pass through all "
-        "of the image, its corners too");
+        "the pattern of depth over the image is hardly observable: let the same things pass "
+        "through all of the image, its corners too");
   }
   return advice;
 }

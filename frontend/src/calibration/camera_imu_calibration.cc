@@ -321,13 +321,13 @@ std::vector<std::string> Advice(const CameraImuCalibration& result, const Matrix
   std::vector<std::string> advice;
   // A rotation about an axis gives no information on the extrinsic rotation about that axis.
   constexpr const char* kRotation[] = {
-      "pitch (about the camera's x) was hardly seen: turn it left and right, and roll it",
-      "yaw (about the camera's y) was hardly seen: tilt it up and down, and roll it",
-      "roll about the optical axis was hardly seen: turn it left and right, up and down"};
+      "pitch (about the camera's x) is hardly observable: turn it left and right, and roll it",
+      "yaw (about the camera's y) is hardly observable: tilt it up and down, and roll it",
+      "roll about the optical axis is hardly observable: turn it left and right, up and down"};
   constexpr const char* kLeverArm[] = {
-      "the lever arm along the IMU's x was hardly seen: turn faster about its y and z",
-      "the lever arm along the IMU's y was hardly seen: turn faster about its x and z",
-      "the lever arm along the IMU's z was hardly seen: turn faster about its x and y"};
+      "the lever arm along the IMU's x is hardly observable: turn faster about its y and z",
+      "the lever arm along the IMU's y is hardly observable: turn faster about its x and z",
+      "the lever arm along the IMU's z is hardly observable: turn faster about its x and y"};
   if (const auto axis = WorstAxis(P.bottomRightCorner<3, 3>(), kGoodRotation)) {
     advice.emplace_back(kRotation[*axis]);
   }
@@ -335,7 +335,8 @@ std::vector<std::string> Advice(const CameraImuCalibration& result, const Matrix
     advice.emplace_back(kLeverArm[*axis]);
   }
   if (result.time_offset_sigma > kGoodTimeOffset) {
-    advice.emplace_back("the time offset is not known to a millisecond: turn faster, to and fro");
+    advice.emplace_back(
+        "the time offset is not known to a millisecond: turn faster, back and forth");
   }
   if (with_scale && result.depth_scale_sigma > kGoodScale) {
     advice.emplace_back(

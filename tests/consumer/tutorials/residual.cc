@@ -1,4 +1,5 @@
-// Runs the program of docs/tutorial_residual.md; exits 0 if the residual and its Jacobian are right.
+// Runs the program of docs/tutorial_residual.md; exits 0 if the residual and its Jacobian are
+// right.
 #include <residual.h>
 
 int main() {
