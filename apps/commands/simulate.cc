@@ -17,6 +17,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/imu_check.h>
+#include <highwall/frontend/input/sensor.h>
 #include <highwall/internal/number_text.h>
 
 #include "cli/commands.h"
@@ -49,6 +50,7 @@ struct SimulateArguments {
   std::uint64_t seed = 1;
   double fps = 30.0;
   double scale = 1.0;
+  std::string camera;                         // a calibration.yaml; empty: that of the scene
   std::optional<double> line_delay;           // [us]
   double readout = 0.0, depth_readout = 0.0;  // [s]
   double depth_delay = 0.0;                   // [s]
@@ -117,6 +119,7 @@ SimulationOptions MakeOptions(const SimulateArguments& arguments) {
   options.fps = arguments.fps;
   options.duration = arguments.duration.value_or(DefaultDuration(arguments.scene));
   options.rest = arguments.rest.value_or(options.rest);
+  if (!arguments.camera.empty()) options.camera = ReadSensor(arguments.camera).sensor.camera;
   options.camera = simulate::Scaled(options.camera, arguments.scale);
   options.traffic = arguments.moving;
   options.readout = arguments.readout;
@@ -228,6 +231,8 @@ void AddCameraOptions(CLI::App* command, SimulateArguments* arguments) {
   command->add_option("--scale", arguments->scale, "Of the image, 1 = 640 x 480")
       ->check(Between(0.1, 2.0))
       ->capture_default_str();
+  command->add_option("--camera", arguments->camera,
+                      "A calibration.yaml, whose camera takes the images: size, focal lengths, lens");
   command
       ->add_option("--noise", arguments->noise,
                    "Of depth and colour, kinect or d435i; off: of the IMU too "

@@ -93,9 +93,13 @@ void BindLines(py::module_& module) {
 }
 
 void BindCameras(py::module_& module) {
+  py::enum_<LensModel>(module, "LensModel", "How a lens bends rays.")
+      .value("RADIAL_TANGENTIAL", LensModel::kRadialTangential)
+      .value("EQUIDISTANT", LensModel::kEquidistant);
   py::class_<PinholeCamera> camera(
       module, "PinholeCamera",
-      "A pinhole with radial-tangential distortion (Brown; the model of OpenCV). Pixel centres "
+      "A pinhole with the distortion of a lens: radial-tangential with k1, k2, p1, p2, k3 and, of "
+      "OpenCV's rational model, k4 to k6; or equidistant (fisheye) with k1 to k4. Pixel centres "
       "have integer coordinates; x right, y down, z forward.");
   KeywordConstructor<PinholeCamera>(camera);
   camera.def_readwrite("width", &PinholeCamera::width, "[px]")
@@ -109,6 +113,10 @@ void BindCameras(py::module_& module) {
       .def_readwrite("p1", &PinholeCamera::p1)
       .def_readwrite("p2", &PinholeCamera::p2)
       .def_readwrite("k3", &PinholeCamera::k3)
+      .def_readwrite("k4", &PinholeCamera::k4)
+      .def_readwrite("k5", &PinholeCamera::k5)
+      .def_readwrite("k6", &PinholeCamera::k6)
+      .def_readwrite("lens", &PinholeCamera::lens)
       .def("without_distortion", &PinholeCamera::WithoutDistortion)
       .def(
           "project",

@@ -46,8 +46,8 @@ void WriteSection(const char* name, const Entries& entries, YAML::Emitter* out) 
   Write(entries, out);
 }
 
+// Writes the keys of a camera into the map that is open.
 void WriteCamera(const PinholeCamera& camera, YAML::Emitter* out) {
-  *out << YAML::Key << "camera" << YAML::Value << YAML::BeginMap;
   *out << YAML::Key << "width" << YAML::Value << std::to_string(camera.width);
   *out << YAML::Key << "height" << YAML::Value << std::to_string(camera.height);
   for (const auto& [key, value] : Entries{{"fx", camera.fx},
@@ -61,6 +61,24 @@ void WriteCamera(const PinholeCamera& camera, YAML::Emitter* out) {
                                           {"k3", camera.k3}}) {
     *out << YAML::Key << key << YAML::Value << YamlNumber(value);
   }
+  for (const auto& [key, value] :
+       Entries{{"k4", camera.k4}, {"k5", camera.k5}, {"k6", camera.k6}}) {
+    if (value != 0.0) *out << YAML::Key << key << YAML::Value << YamlNumber(value);
+  }
+  if (camera.lens == LensModel::kEquidistant) {
+    *out << YAML::Key << "lens" << YAML::Value << "equidistant";
+  }
+}
+
+void WriteCameras(const RgbdSensor& sensor, YAML::Emitter* out) {
+  *out << YAML::Key << "camera" << YAML::Value << YAML::BeginMap;
+  WriteCamera(sensor.camera, out);
+  *out << YAML::EndMap;
+  if (!sensor.depth_camera) return;
+  const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T_CD = sensor.depth_camera->T_CD.Matrix();
+  *out << YAML::Key << "depth_camera" << YAML::Value << YAML::BeginMap;
+  WriteCamera(sensor.depth_camera->camera, out);
+  *out << YAML::Key << "T_CD" << YAML::Value << YAML::Flow << YamlNumbers({T_CD.data(), 16});
   *out << YAML::EndMap;
 }
 
@@ -131,7 +149,7 @@ void WriteConfig(const std::filesystem::path& path, const RunConfig& config,
                  const CalibrationSigma& sigma) {
   YAML::Emitter out;
   out << YAML::BeginMap;
-  WriteCamera(config.sensor.camera, &out);
+  WriteCameras(config.sensor, &out);
   out << YAML::Key << "depth_factor" << YAML::Value << YamlNumber(config.sensor.depth_factor);
   WriteSection("depth_range", {{"min", config.sensor.min_depth}, {"max", config.sensor.max_depth}},
                &out);

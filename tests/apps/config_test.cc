@@ -253,22 +253,27 @@ TEST(Config, NamesAnUnknownKeyItsLineAndTheNearestKnownOne) {
             ":2: unknown key 'camra'; did you mean 'camera'?");
 }
 
-TEST(Config, NamesTheModelOfALensWithMoreCoefficients) {
+TEST(Config, ReadsRationalLensesAndFisheyesAndNamesOthers) {
   const auto with = [](const std::string& more) {
     return "depth_factor: 5000\ncamera:\n  {width: 320, height: 240, fx: 260, fy: 261, cx: 159,\n"
            "   cy: 120, k1: 0.1, " +
            more + "}\n";
   };
-  for (const char* key : {"k4", "k6", "s1"}) {
-    EXPECT_EQ(LoadMessage(with(std::string(key) + ": 0.1")),
-              ":4: camera: " + std::string(key) +
-                  " is of a lens with more coefficients (rational, thin prism or fisheye) than k1, "
-                  "k2, p1, p2, k3, which are known: calibrate with these, or undistort the images");
-  }
+  EXPECT_EQ(LoadMessage(with("s1: 0.1")),
+            ":4: camera: s1 is of a lens with a thin prism, which is not known: calibrate with k1 "
+            "to k6, p1 and p2, or undistort the images");
+  EXPECT_EQ(LoadMessage(with("lens: fisheye")),
+            ":4: camera: lens must be radial_tangential (k1, k2, p1, p2, k3, and k4 to k6 of a "
+            "rational model) or equidistant (k1 to k4 of a fisheye), not fisheye");
   const TemporaryDirectory folder;
   const auto path = folder.path() / "c.yaml";
-  WriteText(path, with("k4: 0, k5: 0.0, k6: 0"));
-  EXPECT_EQ(ReadSensor(path).sensor.camera.k1, 0.1) << "the same model";
+  WriteText(path, with("k4: 0.2, k5: 0.3, k6: 0.4, s1: 0"));
+  const PinholeCamera rational = ReadSensor(path).sensor.camera;
+  EXPECT_EQ(rational.k4, 0.2);
+  EXPECT_EQ(rational.k6, 0.4);
+  EXPECT_EQ(rational.lens, LensModel::kRadialTangential);
+  WriteText(path, with("k4: 0.2, lens: equidistant"));
+  EXPECT_EQ(ReadSensor(path).sensor.camera.lens, LensModel::kEquidistant);
 }
 
 TEST(Config, NamesTheCalibrationOfAnotherSystemAndHowOursIsWritten) {
@@ -405,6 +410,12 @@ TEST(WriteConfig, IsReadBack) {
   for (int i = 0; i < DepthPattern::kNodes; ++i) {
     config.sensor.depth_pattern.nodes[i] = 0.01 * std::sin(i);
   }
+  config.sensor.camera.k6 = 0.3;
+  DepthCameraCalibration& depth = config.sensor.depth_camera.emplace();
+  depth.camera = {.width = 424, .height = 240, .fx = 213.0, .fy = 212.0, .cx = 211.5, .cy = 119.0};
+  depth.camera.k4 = -0.02;
+  depth.camera.lens = LensModel::kEquidistant;
+  depth.T_CD = Pose::FromTangent({0.0, 0.01, 0.02}, {0.015, 1.0 / 3000.0, 0.0});
   config.imu.emplace();
   config.imu->T_BC = Pose::FromTangent({0.01, 1.0 / 3.0, -0.2}, {0.3, -1.1, 2.0});
   config.imu->noise.gyroscope_walk = 1.0 / 30'001.0;
@@ -413,6 +424,12 @@ TEST(WriteConfig, IsReadBack) {
   WriteConfig(path, config);
   const RunConfig read = ReadSensor(path);
   EXPECT_EQ(read.sensor.camera.fx, config.sensor.camera.fx);
+  EXPECT_EQ(read.sensor.camera.k6, 0.3);
+  ASSERT_TRUE(read.sensor.depth_camera);
+  EXPECT_EQ(read.sensor.depth_camera->camera.cx, depth.camera.cx);
+  EXPECT_EQ(read.sensor.depth_camera->camera.k4, depth.camera.k4);
+  EXPECT_EQ(read.sensor.depth_camera->camera.lens, LensModel::kEquidistant);
+  EXPECT_TRUE(read.sensor.depth_camera->T_CD.Matrix().isApprox(depth.T_CD.Matrix(), 1e-14));
   EXPECT_EQ(read.sensor.camera.k3, config.sensor.camera.k3);
   EXPECT_EQ(read.sensor.depth_factor, config.sensor.depth_factor);
   EXPECT_EQ(read.sensor.min_depth, config.sensor.min_depth);

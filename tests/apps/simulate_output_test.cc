@@ -452,6 +452,23 @@ TEST(SimulateCommand, RefusesToOverwriteWithOneLine) {
   testing::ExpectRefused(run, 2, {"not empty"});
 }
 
+TEST(SimulateCommand, TakesTheCameraOfACalibration) {
+  const TemporaryDirectory folder;
+  const auto calibration = folder.path() / "c.yaml";
+  std::ofstream(calibration) << "camera: {width: 80, height: 60, fx: 50, fy: 51, cx: 39, cy: 30, "
+                                "k1: 0.01, lens: equidistant}\ndepth_factor: 1000\n";
+  const auto out = folder.path() / "room";
+  ASSERT_EQ(Highwall("simulate room --duration 0.03 --camera " + calibration.string() + " --out " +
+                     out.string())
+                .exit_code,
+            0);
+  const PinholeCamera camera = ReadSensor(out / "calibration.yaml").sensor.camera;
+  EXPECT_EQ(camera.width, 80);
+  EXPECT_EQ(camera.fy, 51.0);
+  EXPECT_EQ(camera.k1, 0.01);
+  EXPECT_EQ(camera.lens, LensModel::kEquidistant);
+}
+
 TEST(SimulateCommand, UnknownScenesNoisesAndNumbersAreUsageErrors) {
   const TemporaryDirectory folder;
   const std::string out = " --out " + (folder.path() / "x").string();

@@ -41,6 +41,71 @@ TEST(PinholeCamera, DistortsByHand) {
   EXPECT_TRUE(c.Distort({1, 2}).isApprox(Eigen::Vector2d(2.165, 4.13), 1e-14));
 }
 
+TEST(PinholeCamera, DistortsByHandWithARationalLens) {
+  const PinholeCamera c{.k1 = 0.1, .k2 = 0.01, .k3 = 0.001, .k4 = 0.02, .k5 = 0.03, .k6 = 0.004};
+  // m = (1, 2): r2 = 5, 1.875 above, 1 + 0.1 + 0.75 + 0.5 = 2.35 below.
+  EXPECT_TRUE(c.Distort({1, 2}).isApprox(1.875 / 2.35 * Eigen::Vector2d(1, 2), 1e-14));
+}
+
+TEST(PinholeCamera, DistortsByHandWithAFisheye) {
+  const PinholeCamera c{
+      .k1 = 0.1, .k2 = -0.02, .k3 = 0.003, .k4 = -0.0004, .lens = LensModel::kEquidistant};
+  EXPECT_TRUE(c.HasDistortion());
+  const double t = std::atan(5.0);  // of m = (3, 4)
+  const double bent = t * (1 + 0.1 * t * t - 0.02 * std::pow(t, 4) + 0.003 * std::pow(t, 6) -
+                           0.0004 * std::pow(t, 8));
+  EXPECT_TRUE(c.Distort({3, 4}).isApprox(bent * Eigen::Vector2d(0.6, 0.8), 1e-14));
+  EXPECT_EQ(c.Distort({0, 0}), Eigen::Vector2d(0, 0));
+}
+
+// Colour camera of an Azure Kinect at 1280 x 720, and a fisheye of 120 degrees over the width.
+PinholeCamera AzureKinect() {
+  return {.width = 1280, .height = 720, .fx = 605.7, .fy = 605.6, .cx = 638.1, .cy = 365.9,
+          .k1 = 0.5193, .k2 = -2.7132, .p1 = 0.0008, .p2 = -0.0002, .k3 = 1.5744,
+          .k4 = 0.3994, .k5 = -2.5405, .k6 = 1.5007};
+}
+
+PinholeCamera Fisheye() {
+  return {.width = 640, .height = 480, .fx = 300, .fy = 301, .cx = 322, .cy = 238,
+          .k1 = 0.02, .k2 = -0.01, .k3 = 0.004, .k4 = -0.001, .lens = LensModel::kEquidistant};
+}
+
+TEST(PinholeCamera, UndistortInvertsDistortOfEveryLens) {
+  for (const PinholeCamera& c : {AzureKinect(), Fisheye()}) {
+    EXPECT_NO_THROW(c.Validate());
+    for (int v = 0; v < c.height; v += 13) {
+      for (int u = 0; u < c.width; u += 13) {
+        const Eigen::Vector2d md((u - c.cx) / c.fx, (v - c.cy) / c.fy);
+        EXPECT_LT((c.Distort(c.Undistort(md)) - md).norm(), 1e-12) << u << " " << v;
+      }
+    }
+  }
+}
+
+TEST(PinholeCamera, JacobiansOfEveryLensMatchCentralDifferences) {
+  RandomStates random(4);
+  for (const PinholeCamera& c : {AzureKinect(), Fisheye()}) {
+    for (int i = 0; i < 50; ++i) {
+      const Eigen::Vector2d m(random.Uniform(-1.0, 1.0), random.Uniform(-0.6, 0.6));
+      Eigen::Matrix2d J, numeric;
+      c.Distort(m, &J);
+      constexpr double kStep = 1e-6;
+      for (int k = 0; k < 2; ++k) {
+        const Eigen::Vector2d d = Eigen::Vector2d::Unit(k) * kStep;
+        numeric.col(k) = (c.Distort(m + d) - c.Distort(m - d)) / (2.0 * kStep);
+      }
+      // Rounding of values of about 1 over a step of 1e-6 is 1e-10; curvature adds 1e-11.
+      EXPECT_LT((J - numeric).cwiseAbs().maxCoeff(), 1e-9);
+    }
+  }
+}
+
+TEST(PinholeCamera, MapsRaysFarFromTheAxisOfAFisheyeTo80Degrees) {
+  const PinholeCamera c{.lens = LensModel::kEquidistant};
+  const double radians = 100.0 / 180.0 * 3.141592653589793;
+  EXPECT_NEAR(c.Undistort({radians, 0.0}).x(), std::tan(80.0 / 180.0 * 3.141592653589793), 1e-12);
+}
+
 TEST(PinholeCamera, UndistortInvertsDistortOverTheWholeImage) {
   const PinholeCamera c = Freiburg1();
   EXPECT_TRUE(c.HasDistortion());
@@ -116,6 +181,12 @@ TEST(PinholeCamera, ValidateNamesTheField) {
   EXPECT_NE(message([=](auto& c) { c.fy = nan; }).find("::fy"), npos);
   EXPECT_NE(message([=](auto& c) { c.cx = nan; }).find("::cx"), npos);
   EXPECT_NE(message([=](auto& c) { c.k3 = nan; }).find("distortion"), npos);
+  EXPECT_NE(message([=](auto& c) { c.k6 = nan; }).find("distortion"), npos);
+  EXPECT_NE(message([=](auto& c) {
+              c.lens = LensModel::kEquidistant;
+              c.p1 = 0.1;
+            }).find("equidistant"),
+            npos);
 }
 
 TEST(VirtualRightCamera, DisparityAndDepthAreInverse) {

@@ -59,6 +59,30 @@ TEST(TumDataset, LoadsColourAndMetricDepth) {
   EXPECT_EQ(dataset.groundtruth(), nullptr);
 }
 
+TEST(TumDataset, RegistersDepthOfItsOwnCamera) {
+  const TemporaryDirectory folder;
+  WriteTum(folder.path());  // 64 x 48
+  for (int i = 0; i < 6; ++i) {
+    cv::imwrite((folder.path() / "depth" / (testing::FrameName(i) + ".png")).string(),
+                cv::Mat(24, 32, CV_16UC1, cv::Scalar(2000)));
+  }
+  RgbdSensor sensor{.depth_factor = 1000.0};
+  sensor.camera = {.width = 64, .height = 48, .fx = 60, .fy = 60, .cx = 31.5, .cy = 23.5};
+  sensor.depth_camera = DepthCameraCalibration{
+      .camera = {.width = 32, .height = 24, .fx = 20, .fy = 20, .cx = 15.5, .cy = 11.5}};
+  sensor.depth_camera->T_CD = Pose(Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 0.1));
+  const TumDataset dataset(folder.path(), sensor);
+  EXPECT_TRUE(dataset.is_registered());
+  const std::optional<RgbdImage> image = dataset.Load(3);
+  ASSERT_TRUE(image);
+  ASSERT_EQ(image->depth.size(), cv::Size(64, 48));
+  EXPECT_FLOAT_EQ(image->depth.at<float>(20, 30), 2.1F);  // 2 m in front of it, which is 0.1 m ahead
+
+  sensor.depth_camera->camera.width = 33;
+  ExpectContains(MessageOf<IoError>([&] { const TumDataset other(folder.path(), sensor); }),
+                 "depth/100.png: is 32 x 24, but the depth camera is set to 33 x 24");
+}
+
 TEST(TumDataset, RefusesAnIndexBeyondTheEnd) {
   const TemporaryDirectory folder;
   WriteTum(folder.path());

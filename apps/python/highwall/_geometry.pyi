@@ -1,6 +1,6 @@
 """Poses, lines, cameras, and how well they measure."""
 
-from typing import Tuple, overload
+from typing import ClassVar, Dict, Tuple, overload
 
 import numpy.typing as npt
 
@@ -21,6 +21,16 @@ class DepthNoise:
     @staticmethod
     def stereo(subpixel: float = ..., focal: float = ..., baseline: float = ...) -> DepthNoise: ...
 
+class LensModel:
+    __members__: ClassVar[Dict[str, LensModel]]
+    EQUIDISTANT: ClassVar[LensModel]
+    RADIAL_TANGENTIAL: ClassVar[LensModel]
+    @property
+    def name(self) -> str: ...
+    @property
+    def value(self) -> int: ...
+    def __int__(self) -> int: ...
+
 class OrthonormalLine:
     @overload
     def __init__(self) -> None: ...
@@ -37,13 +47,18 @@ class PinholeCamera:
     k1: float
     k2: float
     k3: float
+    k4: float
+    k5: float
+    k6: float
+    lens: LensModel
     p1: float
     p2: float
     width: int
     def __init__(
         self, *, cx: float = ..., cy: float = ..., fx: float = ..., fy: float = ...,
-        height: int = ..., k1: float = ..., k2: float = ..., k3: float = ..., p1: float = ...,
-        p2: float = ..., width: int = ...
+        height: int = ..., k1: float = ..., k2: float = ..., k3: float = ..., k4: float = ...,
+        k5: float = ..., k6: float = ..., lens: LensModel = ..., p1: float = ..., p2: float = ...,
+        width: int = ...
     ) -> None: ...
     def contains(self, uv: npt.ArrayLike, margin: float = ...) -> bool: ...
     def project(self, p_C: npt.ArrayLike) -> Array: ...

@@ -77,8 +77,13 @@ std::string Calibration(const SimulationOptions& options) {
       << "  width: " << camera.width << "\n  height: " << camera.height << "\n  fx: " << camera.fx
       << "\n  fy: " << camera.fy << "\n  cx: " << camera.cx << "\n  cy: " << camera.cy
       << "\n  k1: " << camera.k1 << "\n  k2: " << camera.k2 << "\n  p1: " << camera.p1
-      << "\n  p2: " << camera.p2 << "\n  k3: " << camera.k3
-      << "\ndepth_factor: " << DepthFactor(options)
+      << "\n  p2: " << camera.p2 << "\n  k3: " << camera.k3;
+  for (const auto& [key, value] :
+       {std::pair{"k4", camera.k4}, {"k5", camera.k5}, {"k6", camera.k6}}) {
+    if (value != 0.0) out << "\n  " << key << ": " << value;
+  }
+  if (camera.lens == LensModel::kEquidistant) out << "\n  lens: equidistant";
+  out << "\ndepth_factor: " << DepthFactor(options)
       << "\ndepth_range:\n  min: " << options.sensor.min_depth
       << "\n  max: " << options.sensor.max_depth << "\ndepth_noise:\n  offset: " << noise.offset
       << "\n  quadratic: " << noise.quadratic << "\n  reference: " << noise.reference << "\n";

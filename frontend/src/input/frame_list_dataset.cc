@@ -32,6 +32,14 @@ bool HaveOneShape(const cv::Size& a, const cv::Size& b) {
   return std::abs(ratio - 1.0) < 0.02;
 }
 
+void RequireSize(const cv::Mat& image, const std::filesystem::path& path,
+                 const PinholeCamera& camera) {
+  const cv::Size size(camera.width, camera.height);
+  if (image.size() == size) return;
+  throw IoError(path, "is " + SizeText(image.size()) + ", but its camera is set to " +
+                          SizeText(size));
+}
+
 cv::Mat ReadConfidence(const std::filesystem::path& path) {
   const cv::Mat image = ReadStoredImage(path);
   if (image.type() != CV_8UC1) throw IoError(path, "is not a confidence image of 8 bits");
@@ -62,6 +70,11 @@ FrameListDataset::FrameListDataset(std::filesystem::path folder, FrameList list,
   options_.Validate();
   if (list_.frames.empty()) {
     throw IoError(folder_, "holds no colour image with a depth image of the same number");
+  }
+  if (sensor && sensor->depth_camera) {
+    sensor->Validate();
+    registration_ = std::make_unique<DepthRegistration>(sensor->camera, *sensor->depth_camera);
+    list_.shared_axis = false;
   }
   for (std::string& warning : list_.warnings) AddWarning(std::move(warning));
   Sort();
@@ -201,6 +214,7 @@ void FrameListDataset::RequireDepth(const FrameFiles& frame, const cv::Mat& dept
 // Throws IoError unless depth has the size of colour or, with one axis, its shape.
 void FrameListDataset::RequireOneView(const FrameFiles& frame, const cv::Size& colour,
                                       const cv::Size& depth) const {
+  if (registration_) return;  // which has a size for each
   if (list_.shared_axis ? HaveOneShape(depth, colour) : depth == colour) return;
   throw IoError(frame.depth, "is " + SizeText(depth) + ", but its colour image is " +
                                  SizeText(colour) + (list_.shared_axis ? ": another shape" : "") +
@@ -227,16 +241,19 @@ RgbdImage FrameListDataset::DoLoad(std::size_t index) const {
     Resample(frame, &colour, &depth);
   }
   const PinholeCamera& camera = sensor_.camera;
-  if (!options_.any_size && (depth.cols != camera.width || depth.rows != camera.height)) {
+  if (registration_) {
+    RequireSize(colour, frame.colour.empty() ? list_.video->path() : frame.colour, camera);
+    RequireSize(depth, frame.depth, sensor_.depth_camera->camera);
+  } else if (!options_.any_size && (depth.cols != camera.width || depth.rows != camera.height)) {
     throw IoError(frame.depth, "gives a frame of " + SizeText(depth.size()) +
                                    ", but the camera is set to " +
                                    SizeText({camera.width, camera.height}));
   }
   RequireDepth(frame, depth);
-  return {.stamp = frame.stamp,
-          .bgr = colour,
-          .depth = MetricDepth(depth, sensor_.depth_factor, sensor_.inverse_depth_offset,
-                               sensor_.depth_pattern)};
+  depth = MetricDepth(depth, sensor_.depth_factor, sensor_.inverse_depth_offset,
+                      sensor_.depth_pattern);
+  if (registration_) depth = registration_->Register(depth);
+  return {.stamp = frame.stamp, .bgr = colour, .depth = depth};
 }
 
 }  // namespace highwall

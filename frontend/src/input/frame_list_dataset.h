@@ -17,6 +17,7 @@
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/sensor.h>
 
+#include "input/depth_registration.h"
 #include "input/video_frames.h"
 
 namespace highwall {
@@ -66,7 +67,7 @@ class FrameListDataset : public Dataset {
   }
   std::vector<Stamp> stamps_without_depth() const override { return list_.without_depth; }
   std::optional<std::filesystem::path> imu_file() const override { return list_.imu_file; }
-  bool is_registered() const override { return list_.shared_axis; }
+  bool is_registered() const override { return list_.shared_axis || registration_; }
   // For the size of the frames.
   const SensorCalibration* calibration() const override {
     return list_.calibration ? &*list_.calibration : nullptr;
@@ -98,6 +99,7 @@ class FrameListDataset : public Dataset {
   RgbdSensor sensor_;
   DatasetOptions options_;
   cv::Size colour_size_, frame_size_;
+  std::unique_ptr<const DepthRegistration> registration_;  // null: depth has the view of colour
 };
 
 }  // namespace highwall

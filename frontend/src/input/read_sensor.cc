@@ -31,16 +31,39 @@ void ReadCameraSection(YamlReader& section, const std::filesystem::path& path,
   section.Read("p1", &camera->p1);
   section.Read("p2", &camera->p2);
   section.Read("k3", &camera->k3);
-  for (const char* key : {"k4", "k5", "k6", "s1", "s2", "s3", "s4"}) {
+  section.Read("k4", &camera->k4);
+  section.Read("k5", &camera->k5);
+  section.Read("k6", &camera->k6);
+  std::string lens = "radial_tangential";
+  section.Read("lens", &lens);
+  if (lens == "equidistant") {
+    camera->lens = LensModel::kEquidistant;
+  } else if (lens != "radial_tangential") {
+    throw IoError(path, section.LineOf("", "lens").value(),
+                  "camera: lens must be radial_tangential (k1, k2, p1, p2, k3, and k4 to k6 of a "
+                  "rational model) or equidistant (k1 to k4 of a fisheye), not " + lens);
+  }
+  for (const char* key : {"s1", "s2", "s3", "s4"}) {
     double value = 0.0;
     section.Read(key, &value);
     if (value == 0.0) continue;  // zero coefficients: the same model
     throw IoError(path, section.LineOf("", key).value(),
                   std::string("camera: ") + key +
-                      " is of a lens with more coefficients (rational, thin prism or fisheye) than "
-                      "k1, k2, p1, p2, k3, which are known: calibrate with these, or undistort the "
-                      "images");
+                      " is of a lens with a thin prism, which is not known: calibrate with k1 to "
+                      "k6, p1 and p2, or undistort the images");
   }
+}
+
+// Reads a transform of 16 numbers, row by row. section_name: for messages.
+Pose ReadTransform(YamlReader& section, const std::filesystem::path& path, const std::string& key,
+                   const std::string& section_name, const Pose& value) {
+  Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T = value.Matrix();
+  section.Read(key, std::span<double>(T.data(), 16));
+  if (T.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
+    throw IoError(path, "'" + key + "' of section '" + section_name +
+                            "' must end with 0, 0, 0, 1: write it row by row");
+  }
+  return Pose::FromMatrix(T);
 }
 
 // Identifies calibrations of other systems before parsing.
@@ -96,8 +119,7 @@ void ReadErrorSections(YamlReader& file, RgbdSensor* sensor) {
 }
 
 void ReadImuSection(YamlReader& section, const std::filesystem::path& path, ImuCalibration* imu) {
-  Eigen::Matrix<double, 4, 4, Eigen::RowMajor> T_BC = imu->T_BC.Matrix();
-  section.Read("T_BC", std::span<double>(T_BC.data(), 16));
+  imu->T_BC = ReadTransform(section, path, "T_BC", "imu", imu->T_BC);
   section.Read("gyroscope_noise", &imu->noise.gyroscope);
   section.Read("accelerometer_noise", &imu->noise.accelerometer);
   section.Read("gyroscope_walk", &imu->noise.gyroscope_walk);
@@ -106,10 +128,6 @@ void ReadImuSection(YamlReader& section, const std::filesystem::path& path, ImuC
   section.Read("time_offset", &imu->time_offset);
   section.Read("gyroscope_range", &imu->gyroscope_range);
   section.Read("accelerometer_range", &imu->accelerometer_range);
-  if (T_BC.row(3) != Eigen::RowVector4d(0.0, 0.0, 0.0, 1.0)) {
-    throw IoError(path, "'T_BC' of section 'imu' must end with 0, 0, 0, 1: write it row by row");
-  }
-  imu->T_BC = Pose::FromMatrix(T_BC);
 }
 
 void ReadGpsSection(YamlReader& section, const std::filesystem::path& path,
@@ -177,6 +195,12 @@ SensorCalibration ReadSensor(const std::filesystem::path& path) {
     ReadDepthRangeSection(file.Section("depth_range"), &config.sensor);
     ReadDepthNoiseSection(file.Section("depth_noise"), &config.sensor.depth_noise);
     ReadErrorSections(file, &config.sensor);
+    YamlReader& depth_camera = file.Section("depth_camera");
+    if (file.Has("depth_camera")) {
+      DepthCameraCalibration& camera = config.sensor.depth_camera.emplace();
+      ReadCameraSection(depth_camera, path, &camera.camera);
+      camera.T_CD = ReadTransform(depth_camera, path, "T_CD", "depth_camera", camera.T_CD);
+    }
     YamlReader& imu = file.Section("imu");
     if (file.Has("imu")) ReadImuSection(imu, path, &config.imu.emplace());
     ReadGpsSection(file.Section("gps"), path, &config.antenna_B);

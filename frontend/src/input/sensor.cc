@@ -87,7 +87,21 @@ void FrameTiming::Validate() const {
   HIGHWALL_REQUIRE(std::isfinite(depth_delay), "FrameTiming::depth_delay must be finite");
 }
 
+void DepthCameraCalibration::Validate() const {
+  try {
+    camera.Validate();
+    RequirePossibleLens(camera);
+  } catch (const InvalidArgument& error) {
+    throw InvalidArgument(std::string("DepthCameraCalibration: ") + error.what());
+  }
+  constexpr double kFarthest = 0.5;  // [m] from the colour camera, in one housing
+  HIGHWALL_REQUIRE(T_CD.p().norm() <= kFarthest,
+                   "DepthCameraCalibration::T_CD is " + FixedText(T_CD.p().norm()) +
+                       " m from the colour camera: is its translation in m?");
+}
+
 void RgbdSensor::Validate() const {
+  if (depth_camera) depth_camera->Validate();
   camera.Validate();
   RequirePossibleLens(camera);
   depth_noise.Validate();

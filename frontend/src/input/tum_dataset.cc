@@ -1,4 +1,3 @@
-#include <highwall/frontend/input/image_io.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include <algorithm>
@@ -11,9 +10,11 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/image_io.h>
 #include <highwall/internal/median.h>
 #include <highwall/internal/number_text.h>
 
+#include "input/depth_registration.h"
 #include "input/pair_advice.h"
 #include "input/recording_folder.h"
 #include "input/tum_associations.h"
@@ -27,6 +28,15 @@ std::string FourDigits(double value) {
 
 std::string Size(const cv::Mat& image) {
   return std::to_string(image.cols) + " x " + std::to_string(image.rows);
+}
+
+void RequireSizeOf(const cv::Mat& image, const std::filesystem::path& path,
+                   const PinholeCamera& camera, const char* name) {
+  if (image.cols == camera.width && image.rows == camera.height) return;
+  const bool turned = image.cols == camera.height && image.rows == camera.width;
+  throw IoError(path, "is " + Size(image) + ", but the " + name + " is set to " +
+                          std::to_string(camera.width) + " x " + std::to_string(camera.height) +
+                          (turned ? ": are width and height exchanged?" : ""));
 }
 
 // Collects a sample of the measured depths, dense enough for a median.
@@ -91,6 +101,9 @@ TumDataset::TumDataset(const std::filesystem::path& directory,
   sensor_.Validate();
   options_.Validate();
   if (!sensor) options_.any_size = true;
+  if (sensor_.depth_camera) {
+    registration_ = std::make_shared<DepthRegistration>(sensor_.camera, *sensor_.depth_camera);
+  }
   RequireRecordingFolder(directory_);
   ReadLists();
   Pair();
@@ -188,23 +201,22 @@ RgbdImage TumDataset::DoLoad(std::size_t index) const {
                   .depth = {},
                   .depth_stamp = depth.stamp};
   const cv::Mat raw = ReadDepthImage(depth.path);
-  if (raw.size() != image.bgr.size()) {
-    throw IoError(depth.path, "is " + Size(raw) + ", but its colour image is " + Size(image.bgr));
-  }
-  const PinholeCamera& camera = sensor_.camera;
-  if (!options_.any_size && (raw.cols != camera.width || raw.rows != camera.height)) {
-    throw IoError(depth.path, "is " + Size(raw) + ", but the camera is set to " +
-                                  std::to_string(camera.width) + " x " +
-                                  std::to_string(camera.height) +
-                                  (raw.cols == camera.height && raw.rows == camera.width
-                                       ? ": are width and height exchanged?"
-                                       : ""));
+  if (registration_) {
+    RequireSizeOf(image.bgr, colour.path, sensor_.camera, "camera");
+    RequireSizeOf(raw, depth.path, sensor_.depth_camera->camera, "depth camera");
+  } else if (raw.size() != image.bgr.size()) {
+    throw IoError(depth.path, "is " + Size(raw) + ", but its colour image is " + Size(image.bgr) +
+                                  ": register it, or state its camera as depth_camera in "
+                                  "calibration.yaml");
+  } else if (!options_.any_size) {
+    RequireSizeOf(raw, depth.path, sensor_.camera, "camera");
   }
   if (!imu_file_ && cv::countNonZero(raw) == 0) {
     throw IoError(depth.path, "holds no depth: all zero");
   }
   image.depth =
       MetricDepth(raw, sensor_.depth_factor, sensor_.inverse_depth_offset, sensor_.depth_pattern);
+  if (registration_) image.depth = registration_->Register(image.depth);
   return image;
 }
 

@@ -44,13 +44,14 @@ LandmarkMatches<MapPoint> MapMatcher::MatchLast(const FrameFeatures& features, c
     const Eigen::Vector3d p_C = T_CW * point->p_W;
     if (p_C.z() < model_.projection().min_depth()) continue;
     const Eigen::Vector2d uv = model_.camera().Project(p_C);
-    if (!model_.camera().Contains(uv)) continue;
+    if (!model_.Sees(uv)) continue;
     const PointFeature& seen = last.points[i];
     projections.push_back(
         {.id = point->id,
          .uv = uv,
          .depth = p_C.z(),
-         .radius = model_.options().motion_radius * radius_scale * model_.Scale(seen.octave),
+         .radius = model_.options().motion_radius * radius_scale * model_.Scale(seen.octave) *
+                   model_.Stretch(uv),
          .min_octave = std::max(0, seen.octave - 1),
          .max_octave = std::min(model_.pyramid().levels - 1, seen.octave + 1),
          .angle = seen.angle >= 0.0F ? std::optional(seen.angle) : std::nullopt,
@@ -74,7 +75,7 @@ LandmarkMatches<MapPoint> MapMatcher::Match(const FrameFeatures& features, const
     const Eigen::Vector3d p_C = R_CW * point->p_W + T_CW.p();
     if (p_C.z() < model_.projection().min_depth()) continue;
     const Eigen::Vector2d uv = model_.camera().Project(p_C);
-    if (!model_.camera().Contains(uv)) continue;
+    if (!model_.Sees(uv)) continue;
     const double distance = p_C.norm();
     // The pyramid covers the range; one more level on either side still matches.
     const double slack = model_.pyramid().scale_factor;
@@ -87,7 +88,7 @@ LandmarkMatches<MapPoint> MapMatcher::Match(const FrameFeatures& features, const
     projections.push_back({.id = id,
                            .uv = uv,
                            .depth = p_C.z(),
-                           .radius = radius * model_.Scale(octave),
+                           .radius = radius * model_.Scale(octave) * model_.Stretch(uv),
                            .min_octave = std::max(0, octave - 1),
                            .max_octave = std::min(model_.pyramid().levels - 1, octave + 1),
                            .angle = std::nullopt,

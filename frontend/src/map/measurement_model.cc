@@ -1,5 +1,6 @@
 #include <highwall/frontend/map/measurement_model.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -17,6 +18,20 @@ bool HasDirectionFromTheRight(const RgbdSegment& segment) {
   return std::hypot(d.x() - d.z(), d.y()) >= kMinLength;
 }
 
+// Beyond the image, a model of a lens may fold back into it.
+double SquaredReach(const PinholeCamera& camera) {
+  constexpr int kSteps = 8;  // along each side
+  double reach = 0.0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double u = (camera.width - 1.0) * i / kSteps, v = (camera.height - 1.0) * i / kSteps;
+    for (const Eigen::Vector2d& uv : {Eigen::Vector2d(u, 0.0), {u, camera.height - 1.0},
+                                      {0.0, v}, {camera.width - 1.0, v}}) {
+      reach = std::max(reach, camera.Unproject(uv, 1.0).head<2>().squaredNorm());
+    }
+  }
+  return reach;
+}
+
 }  // namespace
 
 MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOptions& options,
@@ -25,7 +40,9 @@ MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOp
     : options_(options),
       matching_(matching),
       pyramid_(pyramid),
+      lens_(sensor.camera),
       camera_(sensor.camera.WithoutDistortion()),
+      reach_(SquaredReach(sensor.camera)),
       right_{.fx = sensor.camera.fx, .baseline = options.baseline},
       noise_(sensor.depth_noise),
       T_BC_(T_BC),
@@ -39,6 +56,26 @@ MeasurementModel::MeasurementModel(const RgbdSensor& sensor, const MeasurementOp
   for (std::size_t i = 0; i < scales_.size(); ++i) {
     scales_[i] = std::pow(pyramid_.scale_factor, static_cast<int>(i));
   }
+}
+
+bool MeasurementModel::Sees(const Eigen::Vector2d& uv) const {
+  if (!lens_.HasDistortion()) return camera_.Contains(uv);
+  const Eigen::Vector3d ray = camera_.Unproject(uv, 1.0);
+  return ray.head<2>().squaredNorm() <= reach_ && lens_.Contains(lens_.Project(ray));
+}
+
+double MeasurementModel::Stretch(const Eigen::Vector2d& uv) const {
+  if (!lens_.HasDistortion()) return 1.0;
+  constexpr double kMost = 16.0;  // of a ray at 80 degrees through an equidistant lens: 14
+  Eigen::Matrix2d J;
+  lens_.Distort(camera_.Unproject(uv, 1.0).head<2>(), &J);
+  const double shrinks = std::sqrt(std::abs(J.determinant()));
+  return 1.0 / std::max(shrinks, 1.0 / kMost);
+}
+
+double MeasurementModel::LineSigma(const LineFeature& feature) const {
+  const Eigen::Vector2f middle = 0.5F * (feature.segment.s + feature.segment.e);
+  return options_.line_sigma * static_cast<double>(feature.noise.px) * Stretch(End(middle));
 }
 
 void MeasurementModel::SetExtrinsics(const Pose& T_BC) {

@@ -32,10 +32,20 @@ struct FrameTimingEstimate {
   FrameTiming value{}, sigma{};
 };
 
+// A depth camera beside the colour camera, as in a RealSense, whose depth images were recorded as
+// it sees them.
+struct DepthCameraCalibration {
+  PinholeCamera camera{};  // with its size and distortion
+  Pose T_CD{};             // from its frame to that of the colour camera
+
+  // Throws InvalidArgument naming the field.
+  void Validate() const;
+};
+
 // An RGB-D camera whose depth image is registered to its colour image: one pinhole for both. The
 // default range is not that of a particular sensor: the noise decides the weight of a reading.
 struct RgbdSensor {
-  PinholeCamera camera{};
+  PinholeCamera camera{};  // of colour; depth images have its pixels, unless there is a depth_camera
   // Conversion of stored values to metres, MetricDepth(): the value that stands for one metre, and
   // the excess of the resulting inverse depth, constant and varying over the image. SlamSystem
   // expects metres and uses none of them.
@@ -46,6 +56,8 @@ struct RgbdSensor {
   double min_depth = 0.05;            // [m] > 0; nearer readings are invalid
   double max_depth = 20.0;            // [m] > min_depth; farther readings are invalid
   FrameTiming timing{};               // if known; SlamSystem estimates the rest online
+  // Depth as recorded, before it is registered to colour: readers of recordings do that.
+  std::optional<DepthCameraCalibration> depth_camera{};
 
   // Throws InvalidArgument naming the field. A focal length below a tenth of the image's side, a
   // principal point outside of the image, and pixels twice as high as wide (or the reverse) are
@@ -86,7 +98,8 @@ struct SensorCalibration {
 };
 
 // Reads a calibration.yaml, which `highwall calibrate` writes, with these keys:
-//   camera: {width: 640, height: 480, fx: 525, fy: 525, cx: 319.5, cy: 239.5}   # k1 k2 p1 p2 k3
+//   camera: {width: 640, height: 480, fx: 525, fy: 525, cx: 319.5, cy: 239.5}
+//           # and of its lens k1, k2, p1, p2, k3, k4, k5, k6 (PinholeCamera), lens: equidistant
 //   sensor: kinect1         # optional; the SensorProfile that provides the defaults of all below
 //   depth_factor: 5000      # optional if there is a sensor
 //   depth_range: {min: 0.4, max: 10}   # [m] optional
@@ -95,6 +108,8 @@ struct SensorCalibration {
 //   colour: {readout: 0.025}           # [s] optional: FrameTiming
 //   depth: {delay: 0, readout: 0.025, inverse_offset: 0,   # [s, s, 1/m] optional: RgbdSensor
 //           pattern: [20 numbers]}                         # [1/m] DepthPattern, row by row
+//   depth_camera: {width, height, fx, fy, cx, cy, k1 and so on, T_CD: [16 numbers, row by row]}
+//                             # optional, of depth that is not registered: DepthCameraCalibration
 //   imu: {T_BC: [16 numbers, row by row], gyroscope_noise, accelerometer_noise, gyroscope_walk,
 //         accelerometer_walk, rate, time_offset}        # each key optional: see ImuCalibration
 //   gps: {antenna: [x, y, z]}   # [m] optional: SensorCalibration::antenna_B

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -13,6 +14,8 @@
 #include <highwall/frontend/input/sensor.h>
 
 namespace [[gnu::visibility("default")]] highwall {
+
+class DepthRegistration;
 
 // One line of rgb.txt or depth.txt.
 struct TumImageFile {
@@ -70,6 +73,8 @@ class TumDataset final : public Dataset {
   const std::vector<TumImageFile>& depth_files() const { return depth_; }
   // [m] over the measured pixels of the sampled frames.
   double median_depth() const { return median_depth_; }
+  // Whether it is registered as it is read, RgbdSensor::depth_camera.
+  bool is_registered() const override { return registration_ != nullptr; }
 
  private:
   RgbdImage DoLoad(std::size_t index) const override;
@@ -86,6 +91,7 @@ class TumDataset final : public Dataset {
   std::optional<std::filesystem::path> imu_file_;
   std::optional<Trajectory> groundtruth_;
   double median_depth_ = 0.0;
+  std::shared_ptr<const DepthRegistration> registration_;  // null: depth has the pixels of colour
 };
 
 // Returns the common depth factor (1000: millimetres; 5000: TUM RGB-D) that makes a median depth

@@ -30,6 +30,11 @@ class MeasurementModel {
 
   // Without distortion.
   const PinholeCamera& camera() const { return camera_; }
+  // Whether an undistorted pixel lies in the image, as the lens bends it.
+  bool Sees(const Eigen::Vector2d& uv) const;
+  // By how much the lens is undone at an undistorted pixel: the size there, in undistorted pixels,
+  // of a pixel of the image (geometric mean over both directions).
+  double Stretch(const Eigen::Vector2d& uv) const;
   const DepthNoise& depth_noise() const { return noise_; }
   const RgbdProjection& projection() const { return projection_; }
   const Pose& T_BC() const { return T_BC_; }
@@ -45,14 +50,13 @@ class MeasurementModel {
 
   // Prior [px] of u and v at the pyramid level.
   double PointSigma(int octave) const;
-  // [px] of u and v of this feature.
+  // [px] of u and v of this feature, undistorted.
   double PointSigma(const PointFeature& feature) const {
-    return PointSigma(feature.octave) * static_cast<double>(feature.noise.px);
+    return PointSigma(feature.octave) * static_cast<double>(feature.noise.px) *
+           Stretch(feature.uv);
   }
   // [px] of an end of this segment, across it.
-  double LineSigma(const LineFeature& feature) const {
-    return options_.line_sigma * static_cast<double>(feature.noise.px);
-  }
+  double LineSigma(const LineFeature& feature) const;
   // [px] of the virtual disparity at depth z [m] with standard deviation sigma_z [m].
   double DisparitySigma(double z, double sigma_z) const {
     return right_.fx * right_.baseline / (z * z) * sigma_z;
@@ -93,7 +97,9 @@ class MeasurementModel {
   MatchingOptions matching_;
   PyramidOptions pyramid_;
   std::array<double, 16> scales_;  // by octave
-  PinholeCamera camera_;
+  PinholeCamera lens_;    // with its distortion
+  PinholeCamera camera_;  // without
+  double reach_ = 0.0;    // squared distance from the axis at z = 1 of the image's farthest corner
   VirtualRightCamera right_;
   DepthNoise noise_;
   Pose T_BC_;
