@@ -55,7 +55,7 @@ int RunReport(const ReportArguments& arguments) {
     ReadStampedPoses("report", arguments.truth);
   }
   if (arguments.truth.empty()) WarnOfOtherRecordings(arguments);
-  WriteHtmlReport(out, arguments.runs, options);
+  WriteHtml(out, HtmlReport(arguments.runs, options));
   fmt::print("report      {} ({:.1f} MB)\n", out.string(),
              static_cast<double>(std::filesystem::file_size(out)) / 1e6);
   if (!HasView3d()) fmt::print("3-D view    none: {}\n", kNoView3d);

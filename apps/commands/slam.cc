@@ -1,8 +1,11 @@
 // highwall slam: estimates trajectory and map of a dataset and writes the results and a report.
+#include <signal.h>
+
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <exception>
 #include <filesystem>
@@ -11,6 +14,7 @@
 #include <span>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include <fmt/core.h>
@@ -25,6 +29,7 @@
 #include "cli/stop_signals.h"
 #include "files/json_text.h"
 #include "report/html_report.h"
+#include "run/depth_camera.h"
 #include "run/folder_lock.h"
 #include "run/loss_advice.h"
 #include "run/opened_dataset.h"
@@ -36,6 +41,7 @@
 #include "run/settings.h"
 #include "run/slam_arguments.h"
 #include "run/slam_run.h"
+#include "view/live_view.h"
 
 namespace highwall::apps {
 namespace {
@@ -225,34 +231,70 @@ void RequireMemory(const Dataset& dataset, const PinholeCamera& camera,
   }
 }
 
-// Signal that stopped a run, and its progress.
+// What stopped a run, and its progress. The button of the page counts as Ctrl-C.
 struct Stopped {
-  int signal = 0;
+  int signal = SIGINT;
+  std::string by = "the page";
   std::size_t done = 0, frames = 0;
 };
 
 std::optional<Stopped> StoppedBy(const StopSignals& signals, const SlamRun& run) {
   if (run.left == 0) return std::nullopt;
-  const std::size_t done = run.frames + run.skipped + run.dropped;
-  return Stopped{signals.caught(), done, done + run.left};
+  Stopped stopped;
+  if (const int signal = signals.caught(); signal != 0) {
+    stopped.signal = signal;
+    stopped.by = SignalName(signal);
+  }
+  stopped.done = run.frames + run.skipped + run.dropped;
+  stopped.frames = stopped.done + run.left;
+  return stopped;
 }
 
 void PrintStopped(const Stopped& stopped, const char* then) {
-  fmt::print(stderr, "highwall slam: stopped by {} after {} of {} frames: {}\n",
-             SignalName(stopped.signal), stopped.done, stopped.frames, then);
+  fmt::print(stderr, "highwall slam: stopped by {} after {} of {} frames: {}\n", stopped.by,
+             stopped.done, stopped.frames, then);
 }
 
-// Writes report.html from the current content of the folder; returns false on failure.
-bool WritePage(const std::filesystem::path& folder) {
+// Returns the live view of a run and prints its address; null without --view. signals: outlives it.
+std::unique_ptr<LiveView> OpenView(const SlamArguments& arguments, const RgbdSensor& sensor,
+                                   const SlamRunOptions& options, const StopSignals& signals) {
+  if (!arguments.view) return nullptr;
+  DenseMapOptions shown = options.map;
+  LimitToRange(sensor, &shown);
+  LiveViewOptions view{.address = arguments.view_address,
+                       .port = *arguments.view,
+                       .title = ToUtf8(arguments.out),
+                       .min_depth = shown.cloud.min_depth,
+                       .max_depth = shown.cloud.max_depth,
+                       .save_to = {},
+                       .interrupted = [&signals] { return signals.caught() != 0; }};
+  for (const std::filesystem::path& path : {options.keep_map, options.save_map}) {
+    if (!path.empty()) view.save_to.push_back(path);
+  }
+  auto opened = std::make_unique<LiveView>(sensor, std::move(view));
+  fmt::print(stderr, "highwall slam: the run can be seen at {}\n", opened->url());
+  return opened;
+}
+
+// Writes report.html if it is requested, from the current content of the folder, and shows it to
+// the clients of the view; returns false if it could not be written.
+bool ShowReport(const SlamArguments& arguments, LiveView* view) {
+  constexpr std::chrono::seconds kPatience(10);  // for clients to fetch it
+  const bool watched = view != nullptr && view->clients() > 0;
+  if (!arguments.report && !watched) return true;
+  const std::filesystem::path folder = arguments.out;
+  std::string page;
   try {
-    WriteHtmlReport(folder / kReportPage, std::span(&folder, 1));
+    page = HtmlReport(std::span(&folder, 1));
+    if (arguments.report) WriteHtml(folder / kReportPage, page);
   } catch (const std::exception& error) {
     fmt::print(stderr, "highwall slam: {}\n", OneLine(error.what()));
-    return false;
+    return !arguments.report;
   }
-  if (!HasView3d()) {
+  if (arguments.report && !HasView3d()) {
     fmt::print(stderr, "highwall slam: warning: report.html has no 3-D view: {}\n", kNoView3d);
   }
+  if (watched) view->End(std::move(page), kPatience);
   return true;
 }
 
@@ -308,7 +350,9 @@ int RunSlamCommand(const SlamArguments& arguments) {
   RunOutput output(arguments.out, arguments.save_map, arguments.load_map);
   if (!arguments.localize) options.keep_map = std::filesystem::path(arguments.out) / kMapFile;
   const StopSignals signals;
-  options.stop = [&signals] { return signals.caught() != 0; };
+  const std::unique_ptr<LiveView> view = OpenView(arguments, sensor, options, signals);
+  options.observer = view.get();
+  options.stop = [&] { return signals.caught() != 0 || (view && view->stopped()); };
   SlamRun run;
   {
     Progress progress("tracking");
@@ -322,6 +366,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
          .on_tracked =
              [&](const SlamRun& tracked) {
                progress.Begin("finishing the maps");
+               if (view) view->Begin("finishing the maps");
                output.WriteTrajectories(tracked);
              },
          .on_finding =
@@ -374,7 +419,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
   for (const std::string& failure : output.failures()) {
     fmt::print(stderr, "highwall slam: {}\n", OneLine(failure));
   }
-  const bool has_page = !arguments.report || WritePage(arguments.out);
+  const bool has_page = ShowReport(arguments, view.get());
   if (stopped) {
     PrintStopped(*stopped, "the results are those of these frames");
     return ExitCodeOf(stopped->signal);

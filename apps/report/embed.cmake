@@ -1,4 +1,5 @@
-# Writes OUT, a C++ source with FILES (separated by |) as highwall::apps::Resources().
+# Writes OUT, a C++ source with FILES (separated by |) as highwall::apps::FUNCTION(), which HEADER
+# declares.
 string(REPLACE "|" ";" files "${FILES}")
 set(arrays "")
 set(entries "")
@@ -12,13 +13,13 @@ foreach(file IN LISTS files)
   math(EXPR i "${i} + 1")
 endforeach()
 file(WRITE ${OUT} "// Made by embed.cmake.
-#include \"report/resources.h\"
+#include \"${HEADER}\"
 
 namespace highwall::apps {
 namespace {
 ${arrays}}  // namespace
 
-std::span<const Resource> Resources() {
+std::span<const Resource> ${FUNCTION}() {
   static constexpr Resource kResources[] = {
 ${entries}  };
   return kResources;

@@ -21,10 +21,10 @@ inline constexpr const char* kNoView3d =
 // escaped so that it remains data.
 std::string HtmlPage(std::string_view title, const nlohmann::json& data);
 
-// Writes atomically one page of one run or several side by side. The points of the cloud are
-// divided among the runs, so that the page does not grow with their number. Throws IoError as
-// RunData(), and if the file cannot be written.
-void WriteHtmlReport(const std::filesystem::path& path, std::span<const std::filesystem::path> runs,
-                     RunDataOptions options = {});
+// Returns one page of one run or several side by side. The points of the cloud are divided among
+// the runs, so that the page does not grow with their number. Throws IoError as RunData().
+std::string HtmlReport(std::span<const std::filesystem::path> runs, RunDataOptions options = {});
+// Writes a page atomically. Throws IoError.
+void WriteHtml(const std::filesystem::path& path, const std::string& page);
 
 }  // namespace highwall::apps

@@ -13,6 +13,7 @@
 
 #include "cli/attempt.h"
 #include "run/depth_camera.h"
+#include "run/run_observer.h"
 
 namespace highwall::apps {
 namespace {
@@ -29,7 +30,13 @@ class DenseStage::KeyframeMapping {
       : slam_(slam),
         dataset_(dataset),
         profile_(profile),
-        mapper_(MapOptions(options, sensor), DepthCameraOf(sensor), profile) {}
+        mapper_(MapOptions(options, sensor), DepthCameraOf(sensor), profile) {
+    if (options.observer == nullptr) return;
+    mapper_.SetOctreeCallback(
+        [observer = options.observer](std::int32_t world, const OctomapBuilder& octree) {
+          observer->OnOctree(world, octree);
+        });
+  }
 
   void SetKeyframe(const KeyFrame& keyframe) {
     made_with_[keyframe.id] = {keyframe.frame.stamp, slam_.sensor().depth_pattern};

@@ -3,6 +3,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <cstdint>
 #include <utility>
 
 #include <highwall/core/error.h>
@@ -68,6 +69,20 @@ void AddOutputOptions(CLI::App* command, SlamArguments* arguments) {
       ->check(NotEmpty());
   command->add_flag("--report", arguments->report,
                     "Write report.html too: the run on one page, for any browser");
+  CLI::Option* view =
+      command
+          ->add_flag_function(
+              "--view{8080}",
+              [arguments](std::int64_t port) { arguments->view = static_cast<int>(port); },
+              "Show the run while it lasts, in any browser: --view=PORT (default: 8080, 0: any "
+              "free port)")
+          ->check(Between(0.0, 65'535.0));
+  command
+      ->add_option("--view-address", arguments->view_address,
+                   "Serve that page on this address, to whoever knows its token")
+      ->check(NotEmpty())
+      ->needs(view)
+      ->capture_default_str();
   command->add_flag("--overwrite", arguments->overwrite, kOverwriteHelp);
   command->add_flag("--json", arguments->json, "Print the report as one JSON object");
   command->add_flag("--strict", arguments->strict,

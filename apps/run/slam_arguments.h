@@ -41,6 +41,8 @@ struct SlamArguments {
   bool localize = false;
   bool json = false;
   bool report = false;
+  std::optional<int> view;  // port of the live view
+  std::string view_address = "127.0.0.1";
   bool overwrite = false;
   bool strict = false;
   bool print_settings = false;  // and exit

@@ -26,6 +26,7 @@
 #include "run/live_replay.h"
 #include "run/loaded_map.h"
 #include "run/loss_advice.h"
+#include "run/run_observer.h"
 #include "run/trace_file.h"
 
 namespace highwall::apps {
@@ -529,6 +530,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   DenseStage mapping(slam, dataset, sensor, options, &profile);
   SlamCallbacks followed{.on_finding = callbacks.on_finding};
   mapping.AddTo(&followed);
+  if (options.observer) options.observer->AddTo(&followed);
   slam.SetCallbacks(std::move(followed));
   FrameSource reader(dataset, options, &profile);
 
@@ -542,6 +544,10 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
     tally.Add(result);
     if (callbacks.on_frame) {
       callbacks.on_frame(result, *image, reader.position(), reader.count());
+    }
+    if (options.observer) {
+      options.observer->OnFrame(result, *image, slam,
+                                {reader.position(), reader.count(), reader.dropped()});
     }
   }
   const std::size_t dropped = reader.dropped(), left = reader.left();

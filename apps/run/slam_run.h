@@ -21,6 +21,8 @@
 
 namespace highwall::apps {
 
+class RunObserver;
+
 // IMU data of a recording; readings in ascending order of their stamps.
 struct ImuFeed {
   ImuCalibration calibration;
@@ -44,6 +46,7 @@ struct SlamRunOptions {
   bool adjust_all = false;                // final adjustment of all keyframes and landmarks
   // If given, the camera is calibrated from the final map.
   std::optional<CameraCalibrationOptions> calibrate;
+  RunObserver* observer = nullptr;  // must outlive the run; null: none
   // Called before each frame: true ends the run there, as if the recording ended; empty: never.
   std::function<bool()> stop{};
 };

@@ -100,6 +100,7 @@ struct DenseMapper::Impl {
   const DenseMapOptions options;
   const DepthUnprojector unprojector;
   DepthFilter filter;
+  OctreeCallback on_octree;
   std::map<std::int32_t, Layer> layers;         // layers that have keyframes
   std::map<std::int64_t, KeyframePose> mapped;  // poses of the keyframes in the layers
   std::vector<double> keyframe_ms;
@@ -122,6 +123,7 @@ void DenseMapper::Impl::Map(const KeyframeImage& keyframe) {
   layer.cloud.SetPose(keyframe.id, keyframe.T_WC);
   layer.octree.SetKeyframe(keyframe.id, points_C, keyframe.T_WC);
   mapped[keyframe.id] = {keyframe.T_WC, keyframe.layer};
+  if (on_octree) on_octree(keyframe.layer, layer.octree.map());
 }
 
 void DenseMapper::Impl::Remove(std::int64_t id) {
@@ -173,6 +175,9 @@ bool DenseMapper::Impl::Follow(Seconds budget) {
     if (!layer.cloud.Rebuild(left())) return true;
   }
   followed = known;
+  if (on_octree) {
+    for (const auto& [id, layer] : layers) on_octree(id, layer.octree.map());
+  }
   return false;
 }
 
@@ -200,6 +205,10 @@ DenseMapper::DenseMapper(const DenseMapOptions& options, const DepthCamera& came
     : impl_(std::make_unique<Impl>(options, camera, profile)) {}
 
 DenseMapper::~DenseMapper() = default;
+
+void DenseMapper::SetOctreeCallback(OctreeCallback on_octree) {
+  impl_->on_octree = std::move(on_octree);
+}
 
 void DenseMapper::Apply(const KeyframeEvent& event) {
   for (const KeyframeView& view : event.added) Validate(view);

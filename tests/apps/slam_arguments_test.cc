@@ -126,6 +126,8 @@ std::vector<Case> Cases() {
       {"--trace a", json::object(), [](O o) { return o.trace == "a"; }},
       {"--json", json::object(), [](O) { return true; }},
       {"--report", json::object(), [](O) { return true; }},
+      {"--view", json::object(), [](O o) { return o.observer == nullptr; }},
+      {"--view=0 --view-address 0.0.0.0", json::object(), [](O) { return true; }},
       {"--overwrite", json::object(), [](O) { return true; }},
       {"--strict", json::object(), [](O) { return true; }},
       {"--max-pair-difference 0.03", json::object(), [](O) { return true; }},
@@ -175,6 +177,12 @@ TEST(SlamArguments, OtherOptionsThanThoseOfTheRunReachTheArguments) {
   EXPECT_TRUE(Parse("--overwrite").overwrite);
   EXPECT_FALSE(Parse("").overwrite);
   EXPECT_FALSE(Parse("").json);
+  EXPECT_FALSE(Parse("").view);
+  EXPECT_EQ(Parse("--view").view, 8080);
+  EXPECT_EQ(Parse("--view=9000").view, 9000);
+  EXPECT_EQ(Parse("--view=0").view, 0);
+  EXPECT_EQ(Parse("--view").view_address, "127.0.0.1");
+  EXPECT_EQ(Parse("--view --view-address ::1").view_address, "::1");
   EXPECT_TRUE(Parse("").gps);
   EXPECT_FALSE(Parse("--gps off").gps);
 }
@@ -220,6 +228,13 @@ TEST(SlamArguments, TheDefaultWeightOfTheImuAndTheCouplingHaveNoSwitch) {
   EXPECT_EQ(Options("--settings " + file).slam.inertial.coupling, InertialCoupling::kLoose);
   EXPECT_EQ(Options("--settings " + file).slam.inertial.weighting.policy,
             ImuWeighting::kConsistent);
+}
+
+TEST(SlamArguments, TheViewNeedsAPortAndItsAddressTheView) {
+  for (const char* switches : {"--view=70000", "--view=-1", "--view=x", "--view-address 0.0.0.0",
+                               "--view --view-address ''"}) {
+    EXPECT_THROW(Parse(switches), CLI::ParseError) << switches;
+  }
 }
 
 TEST(SlamArguments, ASettingThatCannotBeIsWrongUsage) {

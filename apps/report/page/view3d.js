@@ -324,6 +324,9 @@
     return !!(probe.getContext("webgl2") || probe.getContext("webgl"));
   }
 
+  // The parts that the live view shares.
+  Highwall.scene3d = { View, geometry, lineSegments, frusta, spread, kFaces, kVertexColours, bindKeys, layerBoxes, webgl };
+
   // The element of the view, and what starts it once it is on the page.
   Highwall.view3d = function (runs) {
     if (typeof THREE === "undefined") {

@@ -28,6 +28,14 @@ constexpr double kFarOff = 4.0;
 // Number of keyframes for the noise estimate: those that an adjustment has moved together.
 constexpr int kLearnedFrom = 10;
 
+// Returns which of the ids are those of landmarks.
+template <class Ids>
+std::vector<bool> Assigned(const Ids& ids) {
+  std::vector<bool> assigned(ids.size());
+  for (std::size_t i = 0; i < ids.size(); ++i) assigned[i] = ids[i] != kNoId;
+  return assigned;
+}
+
 }  // namespace
 
 SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options, SlamInputs inputs)
@@ -242,6 +250,10 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
   if (HasPose(tracked.state)) result.submap = map_.Root(submap_);
   result.matched_points = tracked.num_points;
   result.matched_lines = tracked.num_lines;
+  if (!result.repeated) {
+    result.features = tracked.frame.features;
+    result.matched = {Assigned(tracked.points), Assigned(tracked.lines)};
+  }
   result.unobservable_directions = tracked.open;
   result.moving = ToImage(tracked.moving);
   if (!HasPose(tracked.state)) {

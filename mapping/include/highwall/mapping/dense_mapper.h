@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -70,6 +71,12 @@ class DenseMapper {
   DenseMapper(const DenseMapOptions& options, const DepthCamera& camera,
               RunProfile* profile = nullptr);
   ~DenseMapper();
+
+  // Called on the thread that maps, between the keyframes, after the octree of a layer has changed.
+  // The octree may be read during the call only. An empty function disables it; set it before the
+  // first keyframe.
+  using OctreeCallback = std::function<void(std::int32_t layer, const OctomapBuilder& octree)>;
+  void SetOctreeCallback(OctreeCallback on_octree);
 
   // Applies an event of a SLAM system (SlamCallbacks::on_keyframes) by the calls below. Worlds are
   // layers; the depth of dynamic objects is masked out. Throws InvalidArgument for a keyframe

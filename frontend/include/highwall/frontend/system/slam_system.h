@@ -16,6 +16,7 @@
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/imu_buffer.h>
 #include <highwall/frontend/calibration/options.h>
+#include <highwall/frontend/features/frame.h>
 #include <highwall/frontend/features/line_extractor.h>
 #include <highwall/frontend/features/options.h>
 #include <highwall/frontend/features/point_extractor.h>
@@ -105,6 +106,10 @@ struct FrameResult {
   bool drops_submap = false;
   int points = 0, lines = 0;  // features extracted
   int matched_points = 0, matched_lines = 0;
+  // The features without those on dynamic objects, and which of them are matched with the map; null
+  // and empty if the image repeats the previous one.
+  std::shared_ptr<const FrameFeatures> features{};
+  FeatureFlags matched{};
   // Directions of the pose that are unobservable (degenerate), the worst first.
   std::vector<UnobservableDirection> unobservable_directions;
   // Dynamic mask from the past frames: CV_8UC1 of the image, 255; empty if nothing moves. Features
