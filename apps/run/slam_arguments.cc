@@ -76,6 +76,7 @@ void AddOutputOptions(CLI::App* command, SlamArguments* arguments) {
               [arguments](std::int64_t port) { arguments->view = static_cast<int>(port); },
               "Show the run while it lasts, in any browser: --view=PORT (default: 8080, 0: any "
               "free port)")
+          ->type_name("PORT")
           ->check(Between(0.0, 65'535.0));
   command
       ->add_option("--view-address", arguments->view_address,
