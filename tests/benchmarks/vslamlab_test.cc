@@ -1,6 +1,5 @@
 // Runs benchmarks/vslamlab/run_highwall as VSLAM-LAB does, on a sequence in its layout.
 #include <algorithm>
-#include <cstdlib>
 #include <filesystem>
 #include <sstream>
 #include <string>
@@ -24,9 +23,6 @@ using testing::WriteText;
 class VslamLab : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (std::system("python3 -c 'import numpy, yaml' > /dev/null 2>&1") != 0) {
-      GTEST_SKIP() << "python3-numpy or python3-yaml is not installed";
-    }
     simulate::SimulationOptions options;
     options.camera = simulate::Scaled(options.camera, 0.25);
     options.fps = 10.0;
