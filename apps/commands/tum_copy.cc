@@ -129,6 +129,7 @@ TumCopy CopyAsTum(const OpenedDataset& recording, const fs::path& source, const 
   config.sensor.depth_factor = copy.depth_factor;
   config.sensor.inverse_depth_offset = 0.0;
   config.sensor.depth_pattern = {};
+  config.sensor.depth_camera.reset();  // its images are registered now
   WriteConfig(root / "calibration.yaml", config);
   output.Commit();
   return copy;
