@@ -258,11 +258,11 @@ void PrintStopped(const Stopped& stopped, const char* then) {
 // Returns the live view of a run and prints its address; null without --view. signals: outlives it.
 std::unique_ptr<LiveView> OpenView(const SlamArguments& arguments, const RgbdSensor& sensor,
                                    const SlamRunOptions& options, const StopSignals& signals) {
-  if (!arguments.view) return nullptr;
+  if (arguments.view.empty()) return nullptr;
   DenseMapOptions shown = options.map;
   LimitToRange(sensor, &shown);
   LiveViewOptions view{.address = arguments.view_address,
-                       .port = *arguments.view,
+                       .port = std::stoi(arguments.view),
                        .title = ToUtf8(arguments.out),
                        .min_depth = shown.cloud.min_depth,
                        .max_depth = shown.cloud.max_depth,

@@ -3,7 +3,6 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
-#include <cstdint>
 #include <utility>
 
 #include <highwall/core/error.h>
@@ -71,13 +70,11 @@ void AddOutputOptions(CLI::App* command, SlamArguments* arguments) {
                     "Write report.html too: the run on one page, for any browser");
   CLI::Option* view =
       command
-          ->add_flag_function(
-              "--view{8080}",
-              [arguments](std::int64_t port) { arguments->view = static_cast<int>(port); },
-              "Show the run while it lasts, in any browser: --view=PORT (default: 8080, 0: any "
-              "free port)")
+          ->add_flag("--view{8080}", arguments->view,
+                     "Show the run while it lasts, in any browser: --view=PORT (default: 8080, 0: "
+                     "any free port)")
           ->type_name("PORT")
-          ->check(Between(0.0, 65'535.0));
+          ->check(CLI::Range(0, 65535));
   command
       ->add_option("--view-address", arguments->view_address,
                    "Serve that page on this address, to whoever knows its token")

@@ -41,7 +41,7 @@ struct SlamArguments {
   bool localize = false;
   bool json = false;
   bool report = false;
-  std::optional<int> view;  // port of the live view
+  std::string view;  // port of the live view; empty: none
   std::string view_address = "127.0.0.1";
   bool overwrite = false;
   bool strict = false;

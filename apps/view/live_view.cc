@@ -183,9 +183,13 @@ void LiveView::End(std::string report, std::chrono::milliseconds patience) {
   const std::size_t expected = has_report ? impl.hub.clients() : 0;
   if (has_report) impl.server.SetReport(std::move(report));
   impl.hub.Post("ended", JsonText(nlohmann::json{{"report", has_report}}));
-  const Clock::time_point until = Clock::now() + patience;
-  while (static_cast<std::size_t>(impl.server.reports_fetched()) < expected &&
-         Clock::now() < until && !(impl.options.interrupted && impl.options.interrupted())) {
+  const Clock::time_point begin = Clock::now();
+  // A report that is being sent is not cut off, unless its client is very slow.
+  const auto waits = [&] {
+    return Clock::now() < begin + (impl.server.IsSendingReport() ? 4 : 1) * patience;
+  };
+  while (static_cast<std::size_t>(impl.server.reports_fetched()) < expected && waits() &&
+         !(impl.options.interrupted && impl.options.interrupted())) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
 }

@@ -18,8 +18,8 @@ namespace {
 
 using nlohmann::json;
 
-// Coprime with most counts, and far from a simple fraction of them.
-constexpr std::size_t kStep = 7'368'787;
+// Multiples of this share of a range, modulo the range, are spread over it however many they are.
+constexpr double kGoldenRatio = 0.6180339887498949;
 
 char LetterOf(TrackingState state) {
   return ToString(state)[0];  // i: initializing; the letters of the states differ but for inertial
@@ -53,7 +53,7 @@ KeyframeCloudSample SampleKeyframe(const KeyframeView& view, const DepthUnprojec
   const auto columns = static_cast<std::size_t>((depth.cols + stride - 1) / stride);
   const auto rows = static_cast<std::size_t>((depth.rows + stride - 1) / stride);
   const std::size_t count = columns * rows;
-  std::size_t step = kStep;
+  auto step = static_cast<std::size_t>(kGoldenRatio * static_cast<double>(count)) + 1;
   while (std::gcd(step, count) != 1) ++step;
   const bool masked = view.dynamic && !view.dynamic->empty();
   for (std::size_t i = 0; i < count; ++i) {

@@ -87,8 +87,8 @@ struct ViewServer::Impl {
   const Text page;
   const Command command;
   std::mutex mutex;
-  Text report;  // guarded by the mutex
-  std::atomic<int> fetched = 0;
+  Text report;                                // guarded by the mutex
+  std::atomic<int> fetched = 0, sending = 0;  // reports
   int port = 0;
   httplib::Server server;
   std::jthread listener;
@@ -128,7 +128,11 @@ void ViewServer::Impl::SendReport(Response& response) {
     text = report;
   }
   if (!text) return Refuse(response, 404, "the run has no report yet\n");
-  Send(text, response, [this](bool sent) { fetched += sent ? 1 : 0; });
+  ++sending;
+  Send(text, response, [this](bool sent) {
+    fetched += sent ? 1 : 0;
+    --sending;
+  });
 }
 
 void ViewServer::Impl::SetHandlers() {
@@ -193,6 +197,10 @@ void ViewServer::SetReport(std::string report) {
 
 int ViewServer::reports_fetched() const {
   return impl_->fetched;
+}
+
+bool ViewServer::IsSendingReport() const {
+  return impl_->sending > 0;
 }
 
 }  // namespace highwall::apps

@@ -36,6 +36,7 @@ class ViewServer {
   void SetReport(std::string report);
   // Number of times that the report was fetched.
   int reports_fetched() const;
+  bool IsSendingReport() const;
 
  private:
   struct Impl;

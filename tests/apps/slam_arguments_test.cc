@@ -177,10 +177,10 @@ TEST(SlamArguments, OtherOptionsThanThoseOfTheRunReachTheArguments) {
   EXPECT_TRUE(Parse("--overwrite").overwrite);
   EXPECT_FALSE(Parse("").overwrite);
   EXPECT_FALSE(Parse("").json);
-  EXPECT_FALSE(Parse("").view);
-  EXPECT_EQ(Parse("--view").view, 8080);
-  EXPECT_EQ(Parse("--view=9000").view, 9000);
-  EXPECT_EQ(Parse("--view=0").view, 0);
+  EXPECT_EQ(Parse("").view, "");
+  EXPECT_EQ(Parse("--view").view, "8080");
+  EXPECT_EQ(Parse("--view=9000").view, "9000");
+  EXPECT_EQ(Parse("--view=0").view, "0");
   EXPECT_EQ(Parse("--view").view_address, "127.0.0.1");
   EXPECT_EQ(Parse("--view --view-address ::1").view_address, "::1");
   EXPECT_TRUE(Parse("").gps);
@@ -231,8 +231,8 @@ TEST(SlamArguments, TheDefaultWeightOfTheImuAndTheCouplingHaveNoSwitch) {
 }
 
 TEST(SlamArguments, TheViewNeedsAPortAndItsAddressTheView) {
-  for (const char* switches : {"--view=70000", "--view=-1", "--view=x", "--view-address 0.0.0.0",
-                               "--view --view-address ''"}) {
+  for (const char* switches : {"--view=70000", "--view=-1", "--view=x", "--view=0.5",
+                               "--view-address 0.0.0.0", "--view --view-address ''"}) {
     EXPECT_THROW(Parse(switches), CLI::ParseError) << switches;
   }
 }
