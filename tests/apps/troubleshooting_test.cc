@@ -232,9 +232,11 @@ void Troubleshooting::Calibrations() {
   Slam("no_calibration", "--config tum4");
   Dataset("misspelt", {}, "depth_facter: 5000\n");
   Slam("misspelt");
-  WriteText(Dataset("rational") / "calibration.yaml",
-            "camera: {width: 64, height: 48, fx: 50, fy: 50, cx: 32, cy: 24, k4: 1}\n");
-  Slam("rational");
+  const std::string camera = "camera: {width: 64, height: 48, fx: 50, fy: 50, cx: 32, cy: 24, ";
+  WriteText(Dataset("prism") / "calibration.yaml", camera + "s1: 1}\n");
+  Slam("prism");
+  WriteText(Dataset("fisheye") / "calibration.yaml", camera + "lens: fisheye}\n");
+  Slam("fisheye");
   WriteText(Dataset("ros") / "calibration.yaml", "image_width: 64\ncamera_matrix: {rows: 3}\n");
   Slam("ros");
   Dataset("missing", {}, "");
