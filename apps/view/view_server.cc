@@ -11,6 +11,7 @@
 #include <utility>
 
 #include <httplib.h>
+#undef _res  // of resolv.h, and a name in Eigen
 
 #include <highwall/core/error.h>
 

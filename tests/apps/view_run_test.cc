@@ -13,6 +13,7 @@
 
 #include <gtest/gtest.h>
 #include <httplib.h>
+#undef _res  // of resolv.h, and a name in Eigen
 #include <nlohmann/json.hpp>
 
 #include "report/html_report.h"

@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 #include <httplib.h>
+#undef _res  // of resolv.h, and a name in Eigen
 
 #include <highwall/core/error.h>
 
