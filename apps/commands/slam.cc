@@ -279,7 +279,7 @@ std::unique_ptr<LiveView> OpenView(const SlamArguments& arguments, const RgbdSen
 // Writes report.html if it is requested, from the current content of the folder, and shows it to
 // the clients of the view; returns false if it could not be written.
 bool ShowReport(const SlamArguments& arguments, LiveView* view) {
-  constexpr std::chrono::seconds kPatience(10);  // for clients to fetch it
+  constexpr std::chrono::seconds kReportTimeout(10);  // for clients to fetch it
   const bool watched = view != nullptr && view->clients() > 0;
   if (!arguments.report && !watched) return true;
   const std::filesystem::path folder = arguments.out;
@@ -294,7 +294,7 @@ bool ShowReport(const SlamArguments& arguments, LiveView* view) {
   if (arguments.report && !HasView3d()) {
     fmt::print(stderr, "highwall slam: warning: report.html has no 3-D view: {}\n", kNoView3d);
   }
-  if (watched) view->End(std::move(page), kPatience);
+  if (watched) view->End(std::move(page), kReportTimeout);
   return true;
 }
 

@@ -177,7 +177,7 @@ void LiveView::Begin(const std::string& stage) {
   impl_->hub.Post("note", JsonText(nlohmann::json(stage)));
 }
 
-void LiveView::End(std::string report, std::chrono::milliseconds patience) {
+void LiveView::End(std::string report, std::chrono::milliseconds timeout) {
   Impl& impl = *impl_;
   const bool has_report = !report.empty();
   const std::size_t expected = has_report ? impl.hub.clients() : 0;
@@ -186,7 +186,7 @@ void LiveView::End(std::string report, std::chrono::milliseconds patience) {
   const Clock::time_point begin = Clock::now();
   // A report that is being sent is not cut off, unless its client is very slow.
   const auto waits = [&] {
-    return Clock::now() < begin + (impl.server.IsSendingReport() ? 4 : 1) * patience;
+    return Clock::now() < begin + (impl.server.IsSendingReport() ? 4 : 1) * timeout;
   };
   while (static_cast<std::size_t>(impl.server.reports_fetched()) < expected && waits() &&
          !(impl.options.interrupted && impl.options.interrupted())) {

@@ -54,9 +54,9 @@ class LiveView final : public RunObserver {
   // Informs the clients of what is done after the last frame.
   void Begin(const std::string& stage);
   // Ends the page, which becomes the report. Waits until every client has fetched the report, for
-  // `patience` at most, four times that while a report is being sent, or until
+  // `timeout` at most, four times that while a report is being sent, or until
   // LiveViewOptions::interrupted. report: an HTML page; empty: none.
-  void End(std::string report, std::chrono::milliseconds patience);
+  void End(std::string report, std::chrono::milliseconds timeout);
 
  private:
   struct Impl;

@@ -70,12 +70,12 @@ void ViewHub::Disconnect(int id) {
   clients_now_ = clients_.size();
 }
 
-std::optional<std::string> ViewHub::Next(int id, std::chrono::milliseconds patience) {
+std::optional<std::string> ViewHub::Next(int id, std::chrono::milliseconds timeout) {
   std::unique_lock lock(mutex_);
   const auto found = clients_.find(id);
   if (found == clients_.end()) return std::nullopt;
   Client& client = found->second;
-  const Clock::time_point until = Clock::now() + patience;
+  const Clock::time_point until = Clock::now() + timeout;
   for (Clock::time_point now = Clock::now(); !closed_ && !HasContent(client); now = Clock::now()) {
     const bool blocks = scene_.HasAfter(client.known);
     if ((blocks && now >= client.next_blocks) || now >= until) break;

@@ -38,9 +38,9 @@ class ViewHub {
   // Returns the number of a new client; empty if there are kMaxClients.
   std::optional<int> Connect();
   void Disconnect(int client);
-  // Waits for content and returns it as text of server-sent events, or a comment after `patience`;
+  // Waits for content and returns it as text of server-sent events, or a comment after `timeout`;
   // empty once the hub is closed and the client has received its events.
-  std::optional<std::string> Next(int client, std::chrono::milliseconds patience);
+  std::optional<std::string> Next(int client, std::chrono::milliseconds timeout);
   // Ends all Next() after the events that wait. Blocks that wait are dropped.
   void Close();
 

@@ -25,7 +25,7 @@ using Text = std::shared_ptr<const std::string>;
 constexpr std::size_t kThreads = ViewHub::kMaxClients + 8;  // events, and short requests
 constexpr int kTimeout = 2;                                 // [s] that a client may block a thread
 constexpr int kSendBuffer = 256 << 10;                      // [bytes] of a connection
-constexpr std::chrono::milliseconds kPatience(1000);        // then vanished clients are noticed
+constexpr std::chrono::milliseconds kEventTimeout(1000);        // then vanished clients are noticed
 // A page of another site cannot send it, since that needs a permission which is never given.
 constexpr const char* kButtonHeader = "X-Highwall-Button";
 
@@ -114,7 +114,7 @@ void ViewServer::Impl::SendEvents(Response& response) {
   response.set_chunked_content_provider(
       "text/event-stream",
       [this, id = *client](std::size_t, httplib::DataSink& sink) {
-        const std::optional<std::string> text = hub.Next(id, kPatience);
+        const std::optional<std::string> text = hub.Next(id, kEventTimeout);
         if (text) return sink.write(text->data(), text->size());
         sink.done();
         return true;

@@ -133,6 +133,16 @@ TEST(DepthRegistration, FollowsTheDistortionOfBothLenses) {
   EXPECT_LT(agreement.wrong, 0.02);
 }
 
+TEST(DepthRegistration, DoesNotFoldWhatTheColourCameraDoesNotSeeIntoItsImage) {
+  PinholeCamera colour = Camera(320, 240, 260.0);
+  colour.k1 = -0.3;  // beyond 1.05 from the axis, at z = 1, the model bends rays back
+  const PinholeCamera wide = Camera(320, 240, 100.0);  // up to 1.6
+  cv::Mat depth = cv::Mat::zeros(240, 320, CV_32FC1);
+  depth.colRange(0, 40).setTo(2.0F);  // 1.2 to 1.6 from the axis
+  const cv::Mat registered = DepthRegistration(colour, {.camera = wide}).Register(depth);
+  EXPECT_EQ(cv::countNonZero(registered), 0);
+}
+
 TEST(DepthRegistration, RefusesImagesOfAnotherSize) {
   const PinholeCamera camera = Camera(8, 6, 8.0);
   const DepthRegistration registration(camera, {.camera = camera});

@@ -8,6 +8,8 @@
 
 #include <highwall/internal/require.h>
 
+#include "input/lens_reach.h"
+
 namespace highwall {
 namespace {
 
@@ -32,9 +34,13 @@ PixelRange PixelsBetween(float from, float to, int count) {
 
 DepthRegistration::DepthRegistration(const PinholeCamera& colour,
                                      const DepthCameraCalibration& depth)
-    : colour_(colour), columns_(depth.camera.width), rows_(depth.camera.height) {
+    : colour_(colour),
+      columns_(depth.camera.width),
+      rows_(depth.camera.height) {
   colour.Validate();
   depth.camera.Validate();
+  constexpr double kMargin = 1.05;  // half a pixel beyond the image
+  reach_ = static_cast<float>(kMargin * SquaredReach(colour));
   const Eigen::Matrix3d R_CD = depth.T_CD.R();
   rays_C_.reserve(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_));
   for (int v = 0; v < rows_; ++v) {
@@ -69,6 +75,7 @@ std::vector<DepthRegistration::Seen> DepthRegistration::Project(const cv::Mat& d
       if (!(z_D[column] > 0.0F)) continue;
       const Eigen::Vector3f p_C = z_D[column] * rays_C_[i] + p_CD_;
       if (!(p_C.z() > kNearest)) continue;
+      if (p_C.head<2>().squaredNorm() > reach_ * p_C.z() * p_C.z()) continue;
       const Eigen::Vector2d uv = colour_.Project(p_C.cast<double>());
       seen[i] = {static_cast<float>(uv.x()), static_cast<float>(uv.y()), p_C.z()};
     }

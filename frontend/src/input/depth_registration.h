@@ -35,6 +35,7 @@ class DepthRegistration {
   void Interpolate(const std::vector<Seen>& seen, cv::Mat* registered) const;
 
   PinholeCamera colour_;
+  float reach_ = 0.0F;  // SquaredReach() of colour
   int columns_ = 0, rows_ = 0;          // of the depth images
   std::vector<Eigen::Vector3f> rays_C_;  // at z = 1 of the depth camera, turned to C
   Eigen::Vector3f p_CD_;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "input/lens_reach.h"
+
 namespace highwall {
 namespace {
 
@@ -16,20 +18,6 @@ bool HasDirectionFromTheRight(const RgbdSegment& segment) {
   constexpr double kMinLength = 1.0;  // [px] required by SegmentRows
   const Eigen::Vector3d d = segment.e - segment.s;
   return std::hypot(d.x() - d.z(), d.y()) >= kMinLength;
-}
-
-// Beyond the image, a model of a lens may fold back into it.
-double SquaredReach(const PinholeCamera& camera) {
-  constexpr int kSteps = 8;  // along each side
-  double reach = 0.0;
-  for (int i = 0; i <= kSteps; ++i) {
-    const double u = (camera.width - 1.0) * i / kSteps, v = (camera.height - 1.0) * i / kSteps;
-    for (const Eigen::Vector2d& uv : {Eigen::Vector2d(u, 0.0), {u, camera.height - 1.0},
-                                      {0.0, v}, {camera.width - 1.0, v}}) {
-      reach = std::max(reach, camera.Unproject(uv, 1.0).head<2>().squaredNorm());
-    }
-  }
-  return reach;
 }
 
 }  // namespace
