@@ -191,6 +191,7 @@ TEST_F(MapIoDamageTest, RefusesACameraThatNoneIs) {
   for (const auto& edit : std::vector<std::function<void(PinholeCamera&)>>{
            [](PinholeCamera& c) { c.width = 0; }, [](PinholeCamera& c) { c.height = 2000000000; },
            [](PinholeCamera& c) { c.fx = -1.0; }, [](PinholeCamera& c) { c.fy = 1e300; },
+           [](PinholeCamera& c) { c.fy = 0.5 * c.fx; }, [](PinholeCamera& c) { c.cx = -1.0; },
            [](PinholeCamera& c) { c.cx = std::numeric_limits<double>::quiet_NaN(); }}) {
     PinholeCamera camera = IdealSensor().camera;
     edit(camera);

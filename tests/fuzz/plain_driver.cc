@@ -1,5 +1,6 @@
-// Replaces libFuzzer if the compiler has none: PROGRAM [-max_total_time=S] [-seed=N] FOLDER...
-// mutates the files of the folders at random and reads the result; PROGRAM FILE... reads the files.
+// Replaces libFuzzer if the compiler has none: PROGRAM [-max_total_time=S] [-runs=N] [-seed=N]
+// FOLDER... mutates the files of the folders at random and reads the result; PROGRAM FILE... reads
+// the files.
 #include <unistd.h>
 
 #include <algorithm>
@@ -86,9 +87,13 @@ int main(int argc, char** argv) {
   LLVMFuzzerInitialize(&argc, &argv);
   std::vector<std::string> seeds;
   double seconds = 0.0;
+  std::int64_t most_runs = 0;
   unsigned seed = 1;
   for (const std::string& argument : std::vector<std::string>(argv + 1, argv + argc)) {
     if (argument.starts_with("-max_total_time=")) seconds = NumberAfter(argument);
+    if (argument.starts_with("-runs=")) {
+      most_runs = static_cast<std::int64_t>(NumberAfter(argument));
+    }
     if (argument.starts_with("-seed=")) seed = static_cast<unsigned>(NumberAfter(argument));
     if (argument.starts_with("-")) continue;
     if (!std::filesystem::is_directory(argument)) {
@@ -104,7 +109,7 @@ int main(int argc, char** argv) {
   Mutator mutator(seed);
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   std::int64_t runs = 0;
-  for (; std::chrono::steady_clock::now() < end; ++runs) {
+  for (; runs < most_runs || std::chrono::steady_clock::now() < end; ++runs) {
     Run(mutator.Change(seeds[mutator.Below(seeds.size())], seeds));
   }
   std::fprintf(stderr, "stat::number_of_executed_units: %lld\n", static_cast<long long>(runs));

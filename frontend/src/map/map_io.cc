@@ -23,6 +23,7 @@
 #include <highwall/core/atomic_file.h>
 #include <highwall/core/crc32.h>
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/sensor.h>
 
 #include "features/depth_grid.h"
 #include "map/map_archive.h"
@@ -67,8 +68,11 @@ constexpr int kMostOctaves = 16;                         // PyramidOptions::leve
 constexpr std::int64_t kLatest = std::int64_t{1} << 62;  // differences remain representable
 constexpr std::int32_t kMostObservations = std::int32_t{1} << 30;  // leaves room for counting
 
+// A run on the map is made with this camera, so that it must be valid as a sensor's.
 void Check(const MapReader& reader, const PinholeCamera& camera) {
-  camera.Validate();
+  RgbdSensor sensor;
+  sensor.camera = camera;
+  sensor.Validate();
   reader.Require(camera.width <= kLargestImage && camera.height <= kLargestImage &&
                      IsBetween(kSmallest, camera.fx, kLargest) &&
                      IsBetween(kSmallest, camera.fy, kLargest) &&
