@@ -6,6 +6,7 @@
 #include <highwall/core/error.h>
 #include <highwall/factors/imu_factor.h>
 #include <highwall/factors/imu_preintegration.h>
+#include <highwall/factors/white_acceleration.h>
 #include <highwall/factors/zero_velocity.h>
 
 #include "bindings.h"
@@ -99,6 +100,15 @@ void BindInertialFactors(py::module_& module) {
       module, "ImuGravityFactor", "As ImuFactor, with the UnitDirection of gravity as the last.")
       .def(py::init<const ImuPreintegration&, double, double>(), py::arg("imu"),
            py::arg("gravity") = kStandardGravity, py::arg("weight") = 1.0);
+  py::class_<WhiteAcceleration, CostFunction, std::shared_ptr<WhiteAcceleration>>(
+      module, "WhiteAcceleration",
+      "Of T_WB_i, [v_WB, w_B] of i, and the same of j: constant velocities, disturbed by white "
+      "noise on the accelerations, of densities linear [m^2/s^3] and angular [rad^2/s^3].")
+      .def(py::init([](double dt, double linear, double angular) {
+             return std::make_shared<WhiteAcceleration>(
+                 dt, AccelerationNoise{.linear = linear, .angular = angular});
+           }),
+           py::arg("dt"), py::arg("linear"), py::arg("angular"));
   py::class_<ZeroVelocity, CostFunction, std::shared_ptr<ZeroVelocity>>(
       module, "ZeroVelocity", "Of v_WB: the body does not move, to sigma [m/s].")
       .def(py::init<double>(), py::arg("sigma") = 0.01);

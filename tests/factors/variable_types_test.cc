@@ -14,6 +14,7 @@
 #include <highwall/factors/point_reprojection.h>
 #include <highwall/factors/point_to_plane.h>
 #include <highwall/factors/scaled_motion.h>
+#include <highwall/factors/white_acceleration.h>
 #include <highwall/factors/zero_velocity.h>
 
 #include "support/can_add.h"
@@ -57,6 +58,9 @@ TEST(VariableTypes, CalibrationAndMotionFactorsTakeTheirOwnOnly) {
   static_assert(!kTakes<PointToPlane, Pose, Point>);
   static_assert(kTakes<ScaledMotion, Pose, Pose, double>);
   static_assert(!kTakes<ScaledMotion, Pose, Pose, Eigen::Matrix<double, 1, 1>>);
+  static_assert(kTakes<WhiteAcceleration, Pose, WhiteAcceleration::Velocities, Pose,  //
+                       WhiteAcceleration::Velocities>);
+  static_assert(!kTakes<WhiteAcceleration, Pose, Velocity, Pose, Velocity>);
   static_assert(kTakes<ZeroVelocity, Velocity>);
   static_assert(!kTakes<ZeroVelocity, UnitDirection>);
 }

@@ -50,6 +50,7 @@ def factors():
     yield hw.CameraPose(T_2, W6, SMALL, rotation), (T_1, V, 0.01)
     yield hw.ExtrinsicCameraPose(T_2, W6, rotation), (T_1, V, 0.01, SMALL, 1.05)
     yield hw.ScaledMotion(SMALL, W6), (T_1, T_2, 1.05)
+    yield hw.WhiteAcceleration(0.5, 0.5, 2.0), (T_1, bias, T_2, 2 * bias)
     yield hw.PointToPlane([0, 0, 1], [0, 0, 2], POINT, 0.1), (T_1, T_2)
     yield hw.ImuFactor(preintegration(), [0, 0, -9.81]), (T_1, V, bias, T_2, -V, bias)
     yield hw.ImuGravityFactor(preintegration()), (T_1, V, bias, T_2, -V, bias, hw.UnitDirection())

@@ -25,6 +25,10 @@ class FrameTrajectories {
   // For poses that are refined later.
   std::vector<PosedFrame>* mutable_frames() { return &frames_; }
 
+  // Smooths the poses of each world over time (SmoothPoses), for ByWorld(); frames() stay as they
+  // were measured.
+  void Smooth(const Map& map);
+
   // Returns the root of the world in which most frames were tracked; empty if there is none.
   std::optional<SubmapId> LargestWorld(const Map& map) const;
   // Returns SlamSystem::submaps().
@@ -32,6 +36,7 @@ class FrameTrajectories {
 
  private:
   std::vector<PosedFrame> frames_;
+  std::vector<AnchoredPose> smoothed_;             // of the first frames; empty before Smooth()
   std::map<SubmapId, std::size_t> number_in_;  // number of frames, by the submap of their keyframe
 };
 

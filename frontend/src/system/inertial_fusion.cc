@@ -75,7 +75,8 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
 void SlamSystem::Impl::KeepImagePose(const TrackedFrame& tracked) {
   constexpr std::size_t kKept = 2000;
   image_poses_.push_back(
-      {tracked.frame.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC)});
+      {tracked.frame.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC),
+       InformationInCamera(tracked.information, tracked.T_WC)});
   if (image_poses_.size() > kKept) image_poses_.pop_front();
 }
 
@@ -95,7 +96,7 @@ Pose SlamSystem::Impl::ForgetImu() {
   for (const PosedFrame& seen : std::exchange(image_poses_, {})) {
     auto& frames = *tracked_.mutable_frames();
     const auto frame = std::ranges::lower_bound(frames, seen.stamp, {}, &PosedFrame::stamp);
-    if (frame != frames.end() && frame->stamp == seen.stamp) frame->pose = seen.pose;
+    if (frame != frames.end() && frame->stamp == seen.stamp) *frame = seen;
   }
   if (last_given_keyframe_ == kNoId) map_.SetGravity(std::nullopt, submap_);
   NotifyMoved();

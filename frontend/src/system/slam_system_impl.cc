@@ -268,10 +268,19 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
   }
   lost_for_.reset();
   if (!inertial_ && !result.repeated) FollowSharpness(*tracked.frame.features);
-  tracked_.Add({result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC)},
+  tracked_.Add({result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC),
+                InformationOf(tracked)},
                map_.keyframe(map_.ActiveKeyFrameOf(tracked.reference)->first)->submap);
   refiner_.Add(tracked, tracked_.frames().back(), tracker_.moved_by(), depth_pattern_.pattern(),
                last_keyframe_);
+}
+
+std::optional<ImageInformation> SlamSystem::Impl::InformationOf(const TrackedFrame& tracked) const {
+  const bool by_imu = inertial_ && inertial_->T_WC();
+  const bool begins_map =
+      tracked.information.isZero() && tracked.frame.stamp == last_keyframe_stamp_;
+  if (by_imu || begins_map) return std::nullopt;
+  return InformationInCamera(tracked.information, tracked.T_WC);
 }
 
 void SlamSystem::Impl::RefineFrames(FrameResult& result) {
@@ -422,6 +431,10 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
     }
   });
   refiner_.FinishAll(map_, Knowledge(), tracked_.mutable_frames());
+  if (options_.refinement.smooth) {
+    const StageTimer smoothing(profile_, "smoothing of frames");
+    tracked_.Smooth(map_);
+  }
   Notify(reports);
   if (moved || MoveKeyframes(reports)) NotifyMoved();
   CheckLens(true);

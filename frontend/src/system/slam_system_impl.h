@@ -96,6 +96,8 @@ class SlamSystem::Impl {
   // Drops the submap that is being left if it is too young to be kept.
   void LeaveSubmap(FrameResult& result);
   void Report(const TrackedFrame& tracked, FrameResult& result);
+  // Returns what the image of the frame states about its pose (PosedFrame::information).
+  std::optional<ImageInformation> InformationOf(const TrackedFrame& tracked) const;
   // Applies refined poses of earlier frames and starts the refinement of more.
   void RefineFrames(FrameResult& result);
   ImageKnowledge Knowledge() const;

@@ -97,7 +97,8 @@ class FrameRefiner::Job {
       const TrackedFrame& frame = items_[i].frame;
       if (is_found[i]) {
         found_.push_back(
-            {items_[i].posed.stamp, AnchoredPose::At(map_, frame.reference, frame.T_WC)});
+            {items_[i].posed.stamp, AnchoredPose::At(map_, frame.reference, frame.T_WC),
+             InformationInCamera(frame.information, frame.T_WC)});
       }
     }
     map_ = Map();
@@ -249,6 +250,7 @@ void FrameRefiner::Finish(const Map& map, std::vector<PosedFrame>* frames) {
     // The frame stays anchored to the keyframe of its time: a younger keyframe, though it shares
     // more landmarks by now, may not have been adjusted yet.
     frame->pose = AnchoredPose::At(map, frame->pose.reference, found.pose.T_WC(map));
+    frame->information = found.information;
     ++refined_;
     if (before_ && before_->stamp == found.stamp) before_ = *frame;
   }

@@ -267,8 +267,9 @@ class SlamSystem {
   KeyframeEvent waiting_keyframes() const;
 
   // Waits for the running adjustment and loop closure, if any, applies both to the map, and then
-  // new user factors, also those added after the last frame; refines the poses of the last frames.
-  // A factor with a stamp after the last frame with a pose still waits.
+  // new user factors, also those added after the last frame; refines the poses of the last frames
+  // and smooths all of them over time. A factor with a stamp after the last frame with a pose still
+  // waits.
   std::vector<LoopReport> Finish();
   // After Finish(): runs one more adjustment of all keyframes and landmarks together, with the user
   // factors added until then. The poses of frames follow their keyframes. Throws InvalidArgument if
@@ -277,7 +278,7 @@ class SlamSystem {
 
   // T_WC of every tracked frame after all adjustments so far: a frame keeps its pose relative to
   // the keyframe it was tracked or refined against (SlamOptions::refinement; the last of them by
-  // Finish()). In the world of the first of submaps(); empty if there is none.
+  // Finish(), which also smooths all). In the world of the first of submaps(); empty if there is none.
   Trajectory trajectory() const;
   // T_WC of the active keyframes of this run, without those of a given map, in that world.
   Trajectory keyframe_trajectory() const;

@@ -56,6 +56,9 @@ struct TrackerOptions {
 struct FrameRefinementOptions {
   bool enabled = true;
   int waiting = 300;  // >= 1: maximum number of waiting frames; batches of at least thirty
+  // At the end, poses from images alone are smoothed over time, by what their images state and by
+  // the accelerations that the camera usually has.
+  bool smooth = true;
 
   void Validate() const;
 };

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <optional>
+
+#include <Eigen/Core>
+
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
 #include <highwall/frontend/map/map.h>
@@ -18,10 +22,26 @@ struct AnchoredPose {
   Pose T_WC(const Map& map) const { return map.ResolvePose(reference) * T_reference_C; }
 };
 
+// What an image states about the pose of its camera: the information in [1/m^2, 1/rad^2] of a
+// translation and a rotation, both in C, so that it holds however the map moves.
+using ImageInformation = Eigen::Matrix<float, 6, 6>;
+
+// Converts the information in the tangent space of PoseManifold at T_WC.
+inline ImageInformation InformationInCamera(const Eigen::Matrix<double, 6, 6>& information,
+                                           const Pose& T_WC) {
+  Eigen::Matrix<double, 6, 6> in_camera = information;
+  in_camera.topRows<3>() = T_WC.R().transpose() * information.topRows<3>();
+  in_camera.leftCols<3>() = (in_camera.leftCols<3>() * T_WC.R()).eval();
+  return in_camera.cast<float>();
+}
+
 // A frame with a pose.
 struct PosedFrame {
   Stamp stamp = 0;
   AnchoredPose pose;
+  // Zero where the image states nothing; empty where the pose is known by other means (an IMU, the
+  // beginning of a map), so that it is kept.
+  std::optional<ImageInformation> information{};
 };
 
 }  // namespace highwall

@@ -35,6 +35,7 @@ void ForEachOption(OptionsOf<TrackerOptions> auto& options, const auto& visit) {
 void ForEachOption(OptionsOf<FrameRefinementOptions> auto& options, const auto& visit) {
   visit("enabled", options.enabled);
   visit("waiting", options.waiting, AtLeast(1));
+  visit("smooth", options.smooth);
 }
 
 void ForEachOption(OptionsOf<KeyFramePolicyOptions> auto& options, const auto& visit) {

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include <highwall/factors/white_acceleration.h>
+
+#include "system/measured_pose.h"
+
+namespace highwall {
+
+// How a camera moves, and how much its measured poses scatter beyond what their information states:
+// features share errors, such as those of row times, that it does not count.
+struct MotionNoise {
+  AccelerationNoise acceleration{};
+  double position_scale = 1.0;  // > 0: standard deviation over the stated one
+  double rotation_scale = 1.0;  // > 0
+};
+
+// Estimates both from second differences of the poses, over one step and over two: noise of the
+// poses adds the same to either, that of the accelerations eight times as much to the second.
+// Medians, so that single jumps do not count. poses: of one world, by stamp. Empty if there are too
+// few with information. (docs/tracking.md, Eq. 1 to 3)
+std::optional<MotionNoise> EstimateMotionNoise(std::span<const MeasuredPose> poses);
+
+}  // namespace highwall

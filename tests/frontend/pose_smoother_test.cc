@@ -1,0 +1,244 @@
+#include "system/pose_smoother.h"
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/so3.h>
+
+#include "system/motion_noise.h"
+
+namespace highwall::pose_smoother_test {
+namespace {
+
+constexpr double kStep = 1.0 / 30.0;  // [s]
+
+Eigen::Vector3d Normal(std::mt19937& rng, double sigma) {
+  std::normal_distribution<double> normal(0.0, sigma);
+  const double x = normal(rng), y = normal(rng), z = normal(rng);
+  return {x, y, z};
+}
+
+ImageInformation Information(double position_sigma, double rotation_sigma) {
+  Eigen::Matrix<float, 6, 1> diagonal;
+  diagonal << Eigen::Vector3f::Constant(
+      static_cast<float>(1.0 / (position_sigma * position_sigma))),
+      Eigen::Vector3f::Constant(static_cast<float>(1.0 / (rotation_sigma * rotation_sigma)));
+  return diagonal.asDiagonal();
+}
+
+// A recording of a motion, as it is and as it is measured.
+struct Recording {
+  std::vector<Pose> truth;
+  std::vector<MeasuredPose> measured;
+
+  // Adds a frame. The measured pose has an error of both sigmas and states `information`.
+  void Add(double seconds, const Pose& T_WC, double position_sigma, double rotation_sigma,
+           const ImageInformation& information, std::mt19937& rng) {
+    truth.push_back(T_WC);
+    measured.push_back({static_cast<Stamp>(std::llround(seconds * 1e9)),
+                        Pose(T_WC.q() * so3::Exp(Normal(rng, rotation_sigma)),
+                             T_WC.p() + Normal(rng, position_sigma)),
+                        information});
+  }
+};
+
+// White noise on the accelerations, integrated in ten steps a frame.
+Recording RandomMotion(int frames, const AccelerationNoise& noise, double position_sigma,
+                       double rotation_sigma, const ImageInformation& information, unsigned seed) {
+  std::mt19937 rng(seed);
+  Recording recording;
+  constexpr int kSteps = 10;
+  const double dt = kStep / kSteps;
+  Eigen::Vector3d p(1, 2, 3), v(0.2, 0, -0.1), w(0.3, -0.2, 0.1);
+  Eigen::Quaterniond q = so3::Exp({0.3, -0.5, 1.0});
+  for (int i = 0; i < frames; ++i) {
+    recording.Add(i * kStep, Pose(q, p), position_sigma, rotation_sigma, information, rng);
+    for (int k = 0; k < kSteps; ++k) {
+      const Eigen::Vector3d dv = Normal(rng, std::sqrt(noise.linear * dt));
+      const Eigen::Vector3d dw = Normal(rng, std::sqrt(noise.angular * dt));
+      p += dt * (v + 0.5 * dv);
+      q = (q * so3::Exp(dt * (w + 0.5 * dw))).normalized();
+      v += dv;
+      w += dw;
+    }
+  }
+  return recording;
+}
+
+// The motion of a hand.
+constexpr AccelerationNoise kHand{.linear = 0.02, .angular = 0.3};
+constexpr double kPosition = 2e-3, kRotation = 2e-3;  // [m], [rad]
+
+Recording Hand(int frames, unsigned seed) {
+  return RandomMotion(frames, kHand, kPosition, kRotation, Information(kPosition, kRotation),
+                      seed);
+}
+
+double PositionRmse(const std::vector<Pose>& poses, const std::vector<Pose>& truth) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < poses.size(); ++i) sum += (poses[i].p() - truth[i].p()).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(poses.size()));
+}
+
+double RotationRmse(const std::vector<Pose>& poses, const std::vector<Pose>& truth) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    sum += so3::Log(poses[i].q().conjugate() * truth[i].q()).squaredNorm();
+  }
+  return std::sqrt(sum / static_cast<double>(poses.size()));
+}
+
+std::vector<Pose> Measured(const Recording& recording) {
+  std::vector<Pose> poses;
+  for (const MeasuredPose& pose : recording.measured) poses.push_back(pose.T_WC);
+  return poses;
+}
+
+TEST(MotionNoise, IsThatOfASimulatedMotionWhateverThePosesState) {
+  // They state half the noise of the positions, and twice that of the rotations.
+  const Recording recording = RandomMotion(3000, kHand, kPosition, kRotation,
+                                           Information(0.5 * kPosition, 2.0 * kRotation), 1);
+  const auto noise = EstimateMotionNoise(recording.measured);
+  ASSERT_TRUE(noise);
+  // Medians of 9000 squares have standard errors of 2 %; densities are differences of them.
+  EXPECT_NEAR(noise->position_scale, 2.0, 0.1);
+  EXPECT_NEAR(noise->rotation_scale, 0.5, 0.1);
+  EXPECT_NEAR(noise->acceleration.linear, kHand.linear, 0.2 * kHand.linear);
+  EXPECT_NEAR(noise->acceleration.angular, kHand.angular, 0.1 * kHand.angular);
+}
+
+TEST(MotionNoise, HardlyDependsOnSingleJumpsAndOnMissingFrames) {
+  Recording recording = Hand(3000, 2);
+  for (std::size_t i = 50; i < recording.measured.size(); i += 50) {
+    MeasuredPose& pose = recording.measured[i];
+    pose.T_WC = Pose(pose.T_WC.q(), pose.T_WC.p() + Eigen::Vector3d(0.1, 0, 0));
+  }
+  std::erase_if(recording.measured, [](const MeasuredPose& pose) { return pose.stamp % 7 == 0; });
+  const auto noise = EstimateMotionNoise(recording.measured);
+  ASSERT_TRUE(noise);
+  EXPECT_NEAR(noise->position_scale, 1.0, 0.15);
+  EXPECT_NEAR(noise->acceleration.angular, kHand.angular, 0.2 * kHand.angular);
+}
+
+TEST(MotionNoise, IsUnknownOfFewPosesOrOfPosesThatStateNothing) {
+  Recording recording = Hand(30, 3);
+  EXPECT_FALSE(EstimateMotionNoise(recording.measured));
+  recording = Hand(100, 3);
+  EXPECT_TRUE(EstimateMotionNoise(recording.measured));
+  for (MeasuredPose& pose : recording.measured) pose.information.reset();
+  EXPECT_FALSE(EstimateMotionNoise(recording.measured));
+  for (MeasuredPose& pose : recording.measured) pose.information.emplace().setZero();
+  EXPECT_FALSE(EstimateMotionNoise(recording.measured));
+}
+
+TEST(PoseSmoother, TakesAThirdOffTheErrorOfAHandsMotion) {
+  const Recording recording = Hand(600, 4);
+  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  // A margin of a tenth to what this seed has.
+  EXPECT_LT(PositionRmse(smoothed, recording.truth),
+            0.67 * PositionRmse(Measured(recording), recording.truth));
+  EXPECT_LT(RotationRmse(smoothed, recording.truth),
+            0.95 * RotationRmse(Measured(recording), recording.truth));
+}
+
+TEST(PoseSmoother, LeavesKnownPosesAsTheyAre) {
+  Recording recording = Hand(200, 5);
+  for (std::size_t i = 0; i < 200; i += 10) recording.measured[i].information.reset();
+  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  for (std::size_t i = 0; i < 200; ++i) {
+    const double moved = (smoothed[i].p() - recording.measured[i].T_WC.p()).norm();
+    if (i % 10 == 0) {
+      EXPECT_EQ(moved, 0.0) << i;
+    } else {
+      EXPECT_GT(moved, 0.0) << i;
+    }
+  }
+}
+
+TEST(PoseSmoother, NeighboursReplaceAPoseThatItsImageDoesNotState) {
+  Recording recording = Hand(400, 6);
+  std::vector<std::size_t> blind;
+  for (std::size_t i = 50; i < 350; i += 30) {
+    MeasuredPose& pose = recording.measured[i];
+    pose.information->setZero();
+    pose.T_WC = Pose(pose.T_WC.q(), pose.T_WC.p() + Eigen::Vector3d(0.05, 0, 0));
+    blind.push_back(i);
+  }
+  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  // Between frames of 2 mm at steps of 33 ms.
+  for (const std::size_t i : blind) {
+    EXPECT_LT((smoothed[i].p() - recording.truth[i].p()).norm(), 6e-3) << i;
+  }
+}
+
+TEST(PoseSmoother, NeighboursHoldADirectionThatTheImageLeavesOpen) {
+  Recording recording = Hand(400, 7);
+  std::vector<std::size_t> weak;
+  for (std::size_t i = 50; i < 350; i += 30) {
+    MeasuredPose& pose = recording.measured[i];
+    pose.information->row(0).setZero();  // along x of the camera
+    pose.information->col(0).setZero();
+    pose.T_WC = pose.T_WC * Pose::FromTangent({0.05, 0, 0}, {0, 0, 0});
+    weak.push_back(i);
+  }
+  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  for (const std::size_t i : weak) {
+    EXPECT_LT((smoothed[i].p() - recording.truth[i].p()).norm(), 6e-3) << i;
+  }
+}
+
+TEST(PoseSmoother, ASpikeOfAPoseIsTakenOffWithoutItsNeighbours) {
+  Recording recording = Hand(400, 8);
+  const std::vector<Pose> without = SmoothPoses(recording.measured);
+  MeasuredPose& spike = recording.measured[200];
+  spike.T_WC = Pose(spike.T_WC.q(), spike.T_WC.p() + Eigen::Vector3d(0.05, 0, 0));
+  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  EXPECT_LT((smoothed[200].p() - recording.truth[200].p()).norm(), 0.01);
+  for (const std::size_t i : {197, 203}) {
+    EXPECT_LT((smoothed[i].p() - without[i].p()).norm(), 2e-3) << i;
+  }
+}
+
+TEST(PoseSmoother, NothingHoldsAcrossAGap) {
+  Recording recording = Hand(400, 9);
+  for (std::size_t i = 200; i < 400; ++i) {  // carried elsewhere for 2 s
+    MeasuredPose& pose = recording.measured[i];
+    pose.stamp += 2'000'000'000;
+    pose.T_WC = Pose(pose.T_WC.q(), pose.T_WC.p() + Eigen::Vector3d(5, 0, 0));
+    recording.truth[i] =
+        Pose(recording.truth[i].q(), recording.truth[i].p() + Eigen::Vector3d(5, 0, 0));
+  }
+  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  for (const std::size_t i : {199, 200}) {
+    EXPECT_LT((smoothed[i].p() - recording.truth[i].p()).norm(), 4 * kPosition) << i;
+  }
+}
+
+TEST(PoseSmoother, WindowsOfALongRecordingDoNotShow) {
+  const Recording recording = Hand(2300, 10);
+  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  double worst = 0.0, at_seams = 0.0;
+  for (std::size_t i = 1; i < smoothed.size(); ++i) {
+    const double step = ((smoothed[i].p() - smoothed[i - 1].p()) -
+                         (recording.truth[i].p() - recording.truth[i - 1].p()))
+                            .norm();
+    (i % 1000 == 0 ? at_seams : worst) = std::max(i % 1000 == 0 ? at_seams : worst, step);
+  }
+  EXPECT_LT(at_seams, worst);
+}
+
+TEST(PoseSmoother, FewPosesStayAsTheyAre) {
+  EXPECT_TRUE(SmoothPoses({}).empty());
+  const Recording recording = Hand(5, 11);
+  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  ASSERT_EQ(smoothed.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ((smoothed[i].p() - recording.measured[i].T_WC.p()).norm(), 0.0);
+  }
+}
+
+}  // namespace
+}  // namespace highwall::pose_smoother_test
