@@ -278,7 +278,8 @@ class SlamSystem {
 
   // T_WC of every tracked frame after all adjustments so far: a frame keeps its pose relative to
   // the keyframe it was tracked or refined against (SlamOptions::refinement; the last of them by
-  // Finish(), which also smooths all). In the world of the first of submaps(); empty if there is none.
+  // Finish(), which also smooths all). In the world of the first of submaps(); empty if there is
+  // none.
   Trajectory trajectory() const;
   // T_WC of the active keyframes of this run, without those of a given map, in that world.
   Trajectory keyframe_trajectory() const;
