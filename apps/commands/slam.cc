@@ -137,6 +137,17 @@ void PrintMapping(const SlamRun& run) {
   fmt::print("mapping     {:.1f} ms a keyframe (median)\n", run.times.mapping.median);
 }
 
+void PrintLive(const SlamRun& run) {
+  const TimingStatistics& delay = run.times.delay;
+  fmt::print("live        {} frames dropped; poses {:.1f} ms after their images (median), 99 % within "
+             "{:.1f}\n",
+             run.dropped, delay.median, delay.p99);
+  const PostponedWork& postponed = run.postponed;
+  if (postponed.keyframes + postponed.loop_searches == 0) return;
+  fmt::print("postponed   {} times a keyframe, {} times the search for loops, since images waited\n",
+             postponed.keyframes, postponed.loop_searches);
+}
+
 void PrintSubmaps(const SlamRun& run) {
   if (!run.map_met) {
     fmt::print(
@@ -188,7 +199,7 @@ void PrintSummary(const SlamRun& run, const SlamArguments& arguments, bool has_t
     fmt::print("degenerate  {} frames leave a direction of the pose unobservable\n",
                run.open_frames);
   }
-  if (arguments.live) fmt::print("live        {} frames dropped\n", run.dropped);
+  if (arguments.live) PrintLive(run);
   if (arguments.localize) {
     fmt::print("map         {} points, {} lines, not changed\n", run.points, run.lines);
   } else {

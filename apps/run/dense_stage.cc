@@ -71,6 +71,8 @@ class DenseStage::KeyframeMapping {
     DenseMapOptions map = options.map;
     LimitToRange(sensor, &map);
     if (options.imu) map.level = true;
+    // Tracking waits for the dense map only if that has fallen behind by some ten seconds.
+    if (options.live) map.backlog = 32;
     return map;
   }
   // Maps keyframes again, from their images, that were created before the depth distortion was

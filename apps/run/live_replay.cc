@@ -4,8 +4,6 @@
 
 namespace highwall::apps {
 
-using Clock = std::chrono::steady_clock;
-
 LiveReplay::LiveReplay(const Dataset& dataset, const FrameReaderOptions& options)
     : reader_(dataset, options),
       thread_(
@@ -23,14 +21,12 @@ std::optional<RgbdImage> LiveReplay::Next() {
 
 void LiveReplay::Play(const std::stop_token& stop) {
   try {
-    std::optional<Stamp> first;
-    Clock::time_point start;
     while (std::optional<RgbdImage> image = reader_.Next()) {
-      if (!first) {
-        first = image->stamp;
-        start = Clock::now();
+      if (!first_) {
+        first_ = image->stamp;
+        start_ = Clock::now();
       }
-      if (!WaitUntil(start + std::chrono::nanoseconds(image->stamp - *first), stop)) break;
+      if (!WaitUntil(Due(image->stamp), stop)) break;
       position_ = reader_.position();
       queue_.Push(*std::move(image));
     }
@@ -39,6 +35,14 @@ void LiveReplay::Play(const std::stop_token& stop) {
   }
   position_ = reader_.position();
   queue_.Close();
+}
+
+LiveReplay::Clock::time_point LiveReplay::Due(Stamp stamp) const {
+  return start_ + std::chrono::nanoseconds(stamp - *first_);
+}
+
+double LiveReplay::MillisecondsSince(Stamp stamp) const {
+  return std::chrono::duration<double, std::milli>(Clock::now() - Due(stamp)).count();
 }
 
 bool LiveReplay::WaitUntil(Clock::time_point due, const std::stop_token& stop) {

@@ -28,16 +28,26 @@ class LiveReplay {
   std::size_t position() const { return position_; }
   std::size_t count() const { return reader_.count(); }
   std::size_t dropped() const { return queue_.dropped(); }
+  std::size_t waiting() const { return queue_.size(); }
+  // Returns the time [ms] since the frame of this stamp was due; only after Next() returned it.
+  double MillisecondsSince(Stamp stamp) const;
 
  private:
+  using Clock = std::chrono::steady_clock;
+
   void Play(const std::stop_token& stop);
   // Returns false if a stop was requested.
-  bool WaitUntil(std::chrono::steady_clock::time_point due, const std::stop_token& stop);
+  bool WaitUntil(Clock::time_point due, const std::stop_token& stop);
+  // Returns when the frame of this stamp arrives.
+  Clock::time_point Due(Stamp stamp) const;
 
   FrameReader reader_;
   FrameQueue queue_;
   std::atomic<std::size_t> position_ = 0;
   std::exception_ptr error_;
+  // Of the first frame; written before it enters the queue.
+  std::optional<Stamp> first_;
+  Clock::time_point start_;
   std::mutex mutex_;
   std::condition_variable_any changed_;
   std::jthread thread_;  // last: it uses all of the above and is joined first

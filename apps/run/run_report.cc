@@ -26,7 +26,8 @@ nlohmann::json ToJson(const StageTimes& times) {
   return {{"points", ToJson(times.points)},     {"lines", ToJson(times.lines)},
           {"features", ToJson(times.features)}, {"pose", ToJson(times.pose)},
           {"tracking", ToJson(times.tracking)}, {"mapping", ToJson(times.mapping)},
-          {"frame", ToJson(times.frame)},       {"dense", ToJson(times.dense)}};
+          {"frame", ToJson(times.frame)},       {"dense", ToJson(times.dense)},
+          {"delay", ToJson(times.delay)}};
 }
 
 // "others": threads that are not the system's own, such as the pools of OpenCV and of the solver.
@@ -291,6 +292,8 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"frames", run.frames},
       {"skipped_frames", run.skipped},
       {"dropped_frames", run.dropped},
+      {"postponed", {{"keyframes", run.postponed.keyframes},
+                     {"loop_searches", run.postponed.loop_searches}}},
       {"tracked_frames", (run.frames - run.lost.size())},
       {"colour_images", CountColourImages(run)},
       {"without_depth", run.without_depth},

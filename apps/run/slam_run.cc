@@ -13,7 +13,6 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/features/make_point_extractor.h>
-#include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/local/global_adjustment.h>
 #include <highwall/frontend/map/feature_type_mismatch.h>
 #include <highwall/frontend/map/map.h>
@@ -23,7 +22,7 @@
 #include "cli/attempt.h"
 #include "run/dense_stage.h"
 #include "run/finished_run.h"
-#include "run/live_replay.h"
+#include "run/frame_source.h"
 #include "run/loaded_map.h"
 #include "run/loss_advice.h"
 #include "run/run_observer.h"
@@ -52,7 +51,7 @@ struct StageSamples {
 
   StageTimes Summary() const {
     return {Summarize(points),   Summarize(lines),   Summarize(features), Summarize(pose),
-            Summarize(tracking), Summarize(mapping), Summarize(frame),    {}};
+            Summarize(tracking), Summarize(mapping), Summarize(frame),    {}, {}};
   }
 };
 
@@ -197,38 +196,6 @@ Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera,
   if (!IsSameCamera(saved.camera, camera)) throw IoError(path, "is a map of another camera");
   return std::move(saved.map);
 }
-
-// Frames of a dataset, on request or at the pace of their stamps.
-class FrameSource {
- public:
-  FrameSource(const Dataset& dataset, const SlamRunOptions& options, RunProfile* profile)
-      : profile_(profile) {
-    const FrameReaderOptions range{.begin = options.begin,
-                                   .end = options.end,
-                                   .prefetch = options.prefetch,
-                                   .profile = profile};
-    if (options.live) {
-      live_.emplace(dataset, range);
-    } else {
-      reader_.emplace(dataset, range);
-    }
-  }
-
-  std::optional<RgbdImage> Next() {
-    const StageTimer timer(profile_, "next image");
-    return live_ ? live_->Next() : reader_->Next();
-  }
-  std::size_t position() const { return live_ ? live_->position() : reader_->position(); }
-  std::size_t count() const { return live_ ? live_->count() : reader_->count(); }
-  std::size_t dropped() const { return live_ ? live_->dropped() : 0; }
-  // Number of frames after the last one returned.
-  std::size_t left() const { return count() - std::min(position(), count()); }
-
- private:
-  RunProfile* const profile_;
-  std::optional<FrameReader> reader_;  // one of the two
-  std::optional<LiveReplay> live_;
-};
 
 SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options,
                       RunProfile* profile) {
@@ -532,7 +499,12 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   mapping.AddTo(&followed);
   if (options.observer) options.observer->AddTo(&followed);
   slam.SetCallbacks(std::move(followed));
-  FrameSource reader(dataset, options, &profile);
+  FrameSource reader(dataset,
+                     {.begin = options.begin,
+                      .end = options.end,
+                      .prefetch = options.prefetch,
+                      .profile = &profile},
+                     options.live);
 
   RunTally tally;
   StampedFrames tracked;
@@ -540,8 +512,10 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   while (const std::optional<RgbdImage> image = stopped() ? std::nullopt : reader.Next()) {
     imu.FeedUntil(image->stamp, slam);
     gps.FeedUntil(image->stamp, slam);
+    slam.SetBacklog(reader.waiting());
     const FrameResult result = tracked.Track(*image, slam);
     tally.Add(result);
+    reader.Measure(image->stamp);
     if (callbacks.on_frame) {
       callbacks.on_frame(result, *image, reader.position(), reader.count());
     }
@@ -563,6 +537,8 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   if (!options.imu) run.inertial.reset();
   run.gps = gps.Summary(slam);
   run.dropped = dropped;
+  run.times.delay = Summarize(reader.delays());
+  run.postponed = slam.postponed();
   run.left = left;
   run.skipped = reader.count() - run.left - run.frames - run.dropped;
   run.without_depth = CountWithoutDepth(dataset, options);

@@ -66,6 +66,7 @@ struct StageTimes {
   TimingStatistics mapping;        // local mapping, per keyframe
   TimingStatistics frame;          // all of SlamSystem::Track, with keyframes, waits and callbacks
   TimingStatistics dense;          // depth filters, cloud and octree of a keyframe
+  TimingStatistics delay;          // from the arrival of a frame to its result, in live mode
 };
 
 // Interval between two images that an IMU factor connects.
@@ -158,6 +159,7 @@ struct SlamRun {
   std::size_t skipped = 0;                      // unusable images
   std::size_t without_depth = 0;                // colour images without a matching depth image
   std::size_t dropped = 0;                      // late frames in live mode
+  PostponedWork postponed;                      // because frames were late
   // Frames without a pose in any submap, including those before the map was initialized.
   std::vector<Stamp> lost;
   // Reason for each, by ToString(LossReason); "dropped": its submap was dropped.

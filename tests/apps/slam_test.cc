@@ -261,6 +261,9 @@ TEST_F(SlamCommand, LiveItKeepsThePaceOfTheStampsAndCountsWhatItDrops) {
   EXPECT_EQ(report["frames"].get<std::size_t>() + report["dropped_frames"].get<std::size_t>(),
             kFrames);
   EXPECT_EQ(report["skipped_frames"], 0);
+  EXPECT_EQ(report["milliseconds"]["delay"]["count"], report["frames"]);
+  EXPECT_GT(report["milliseconds"]["delay"]["median"].get<double>(), 0.0);
+  EXPECT_LE(report["postponed"]["loop_searches"], report["keyframes_made"]);
   const Trajectory truth = ReadTumTrajectory(dataset() / "groundtruth.txt");
   EXPECT_GE(report["seconds"].get<double>(), ToSeconds(truth.back().stamp - truth.front().stamp));
   EXPECT_EQ(SlamOnDataset("--live --deterministic").exit_code, 1);

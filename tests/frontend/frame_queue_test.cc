@@ -27,7 +27,9 @@ TEST(FrameQueue, AFullOneDropsTheOldestAndCountsIt) {
   FrameQueue queue(2);
   for (const Stamp stamp : {10, 20, 30, 40, 50}) queue.Push({stamp, {}, {}});
   EXPECT_EQ(queue.dropped(), 3U);
+  EXPECT_EQ(queue.size(), 2U);
   EXPECT_EQ(queue.Pop()->stamp, 40);
+  EXPECT_EQ(queue.size(), 1U);
   EXPECT_EQ(queue.Pop()->stamp, 50);
   queue.Push({60, {}, {}});
   EXPECT_EQ(queue.Pop()->stamp, 60);

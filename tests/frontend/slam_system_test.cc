@@ -254,6 +254,34 @@ TEST_F(SlamSystemTest, EventsHoldEachKeyframeAndItsLastPlace) {
   }
 }
 
+TEST_F(SlamSystemTest, WhileImagesWaitLoopsAreNotSearchedAndKeyframesWaitForAdjustments) {
+  SlamSystem system(Sensor());
+  std::size_t keyframes = 0;
+  for (std::size_t i = 0; i < 40; ++i) {
+    system.SetBacklog(i < 20 ? 1 : 0);
+    const FrameResult result = system.Track(Images()[i]);
+    EXPECT_EQ(result.state, TrackingState::kTracking) << i;
+    if (result.mapping && i < 20) ++keyframes;
+  }
+  EXPECT_GT(keyframes, 0U);
+  EXPECT_EQ(system.postponed().loop_searches, keyframes);
+  // Those that are due again and again until the adjustment ends or cannot wait: how many depends
+  // on its time.
+  EXPECT_LE(system.postponed().keyframes, 20U);
+}
+
+TEST_F(SlamSystemTest, InSynchronousModeABacklogPostponesNoKeyframe) {
+  // An adjustment ends before the next frame.
+  SlamSystem with(Sensor(), {.threads = 0}), without(Sensor(), {.threads = 0});
+  with.SetBacklog(2);
+  for (std::size_t i = 0; i < 30; ++i) {
+    with.Track(Images()[i]);
+    without.Track(Images()[i]);
+  }
+  EXPECT_EQ(with.postponed().keyframes, 0U);
+  EXPECT_EQ(with.map().keyframe_ids(), without.map().keyframe_ids());
+}
+
 TEST_F(SlamSystemTest, AnExceptionOfACallbackReachesTheCallerAndTheSystemContinues) {
   SlamSystem system(Sensor());
   system.SetCallbacks({.on_frame = [](const FrameResult&) { throw std::runtime_error("enough"); }});

@@ -43,6 +43,11 @@ std::optional<RgbdImage> FrameQueue::Pop() {
   return image;
 }
 
+std::size_t FrameQueue::size() const {
+  const std::lock_guard lock(mutex_);
+  return images_.size();
+}
+
 std::size_t FrameQueue::dropped() const {
   const std::lock_guard lock(mutex_);
   return dropped_;

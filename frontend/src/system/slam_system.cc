@@ -62,6 +62,14 @@ std::optional<KeyframeView> SlamSystem::keyframe_view(KeyFrameId keyframe,
   return impl_->keyframe_view(keyframe, image);
 }
 
+void SlamSystem::SetBacklog(std::size_t images) {
+  impl_->SetBacklog(images);
+}
+
+PostponedWork SlamSystem::postponed() const {
+  return impl_->postponed();
+}
+
 KeyframeEvent SlamSystem::waiting_keyframes() const {
   return impl_->waiting_keyframes();
 }

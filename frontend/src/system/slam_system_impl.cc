@@ -19,6 +19,7 @@
 #include "features/row_times.h"
 #include "input/depth_unit.h"
 #include "map/covisibility.h"
+#include "pose/support.h"
 
 namespace highwall {
 namespace {
@@ -120,7 +121,9 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
     InsertKeyFrame(tracked, result);
     LookForLoop(tracked, result);
     AdjustToFactors(tracked, result);
-    if (worker_.IsFree()) depth_pattern_.Begin(map_, model_, submap_, last_given_keyframe_);
+    if (worker_.IsFree() && backlog_ == 0) {
+      depth_pattern_.Begin(map_, model_, submap_, last_given_keyframe_);
+    }
     CheckLens(false);
   }
   Report(tracked, result);
@@ -286,7 +289,7 @@ std::optional<ImageInformation> SlamSystem::Impl::InformationOf(const TrackedFra
 void SlamSystem::Impl::RefineFrames(FrameResult& result) {
   const StageTimer timer(profile_, "refined frames", &result.times.mapping);
   if (refiner_.HasResult()) refiner_.Finish(map_, tracked_.mutable_frames());
-  refiner_.Begin(map_, Knowledge());
+  if (backlog_ == 0 || refiner_.IsFull()) refiner_.Begin(map_, Knowledge());
 }
 
 ImageKnowledge SlamSystem::Impl::Knowledge() const {
@@ -310,7 +313,15 @@ void SlamSystem::Impl::FollowSharpness(const FrameFeatures& features) {
       (usual_sharpness_ > 0.0 ? 0.05 : 1.0) * (features.sharpness - usual_sharpness_);
 }
 
-bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
+bool SlamSystem::Impl::CanPostpone(const TrackedFrame& tracked, double since_keyframe) const {
+  if (backlog_ == 0 && options_.mapper.wait) return false;
+  if (mapper_.IsIdle() || mapper_.HasResult()) return false;
+  const KeyFramePolicyOptions& due = options_.keyframes;
+  return Support(tracked.num_points, tracked.num_lines) >= due.wanted_tracked / 2 &&
+         since_keyframe < 3.0 * due.max_gap;
+}
+
+bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) {
   if (!HasPose(tracked.state)) return false;
   const bool is_first = tracked.state == TrackingState::kTracking && submap_keyframes_ == 0;
   if (is_first) return true;
@@ -318,19 +329,22 @@ bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) const {
                                  ? 0.0
                                  : ToSeconds(tracked.frame.stamp - last_visual_);
   const double since_keyframe = clock_.Seconds(last_keyframe_stamp_, tracked.frame.stamp);
-  return policy_->Wants({.frame = tracked.frame,
-                         .state = tracked.state,
-                         .T_WC = tracked.T_WC,
-                         .submap = tracked.submap,
-                         .reference = tracked.reference,
-                         .points = tracked.points,
-                         .lines = tracked.lines,
-                         .num_points = tracked.num_points,
-                         .num_lines = tracked.num_lines,
-                         .since_keyframe = since_keyframe,
-                         .since_image = since_image,
-                         .with_imu = inertial_.has_value()},
-                        map_);
+  const bool wanted = policy_->Wants({.frame = tracked.frame,
+                                      .state = tracked.state,
+                                      .T_WC = tracked.T_WC,
+                                      .submap = tracked.submap,
+                                      .reference = tracked.reference,
+                                      .points = tracked.points,
+                                      .lines = tracked.lines,
+                                      .num_points = tracked.num_points,
+                                      .num_lines = tracked.num_lines,
+                                      .since_keyframe = since_keyframe,
+                                      .since_image = since_image,
+                                      .with_imu = inertial_.has_value()},
+                                     map_);
+  if (!wanted || !CanPostpone(tracked, since_keyframe)) return wanted;
+  ++postponed_.keyframes;
+  return false;
 }
 
 void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result) {
@@ -364,6 +378,10 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
 }
 
 void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
+  if (backlog_ > 0) {
+    ++postponed_.loop_searches;
+    return;
+  }
   const StageTimer timer(profile_, "loop search", &result.times.loops);
   const auto prepare = [&] {
     if (options_.tracker.timing == FrameTimingMode::kIgnored) return;

@@ -53,6 +53,8 @@ class SlamSystem::Impl {
   std::map<std::string, FactorCounts> factor_counts_by_source() const {
     return pending_.BySource(map_.factors());
   }
+  void SetBacklog(std::size_t images) { backlog_ = images; }
+  const PostponedWork& postponed() const { return postponed_; }
   FrameResult Track(const RgbdImage& image);
   cv::Mat DynamicMaskOf(KeyFrameId keyframe) const;
   cv::Mat CorrectedDepth(KeyFrameId keyframe, const cv::Mat& depth) const;
@@ -118,7 +120,9 @@ class SlamSystem::Impl {
   // Keeps the pose of a frame from its image alone.
   void KeepImagePose(const TrackedFrame& tracked);
   LossReason ReasonOf(const TrackedFrame& lost) const;
-  bool WantsKeyFrame(const TrackedFrame& tracked) const;
+  bool WantsKeyFrame(const TrackedFrame& tracked);
+  // Returns whether a keyframe can wait until the running adjustment ends, since images wait.
+  bool CanPostpone(const TrackedFrame& tracked, double since_keyframe) const;
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
   void LookForLoop(TrackedFrame& tracked, FrameResult& result);
   // Applies an estimated depth distortion, between frames; returns whether the map was changed.
@@ -181,6 +185,8 @@ class SlamSystem::Impl {
   int submap_keyframes_ = 0;            // made in it
   std::optional<Stamp> posed_;          // the last frame with a pose; until there is one, the first
   KeyFrameId last_given_keyframe_;      // keyframes up to it came with the given map
+  std::size_t backlog_ = 0;             // images that wait to be tracked
+  PostponedWork postponed_;
   std::int64_t next_index_ = 0;
   Stamp last_keyframe_stamp_ = 0;
   KeyFrameId last_keyframe_ = kNoId;

@@ -197,6 +197,10 @@ void FrameRefiner::Add(const TrackedFrame& frame, const PosedFrame& posed,
   waiting_.push_back(std::move(item));
 }
 
+bool FrameRefiner::IsFull() const {
+  return waiting_.size() > static_cast<std::size_t>(options_.waiting);
+}
+
 void FrameRefiner::Begin(const Map& map, const ImageKnowledge& knowledge) {
   if (!job_.IsEmpty()) return;
   // The last one of them has to wait for its successor.

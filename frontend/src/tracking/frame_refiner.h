@@ -55,6 +55,8 @@ class FrameRefiner {
   // keyframe.
   void Add(const TrackedFrame& frame, const PosedFrame& posed, const RowMotion& moved_by,
            const DepthPattern& pattern, KeyFrameId newest);
+  // Returns whether more frames wait than FrameRefinementOptions::waiting.
+  bool IsFull() const;
   // Begins if enough frames have waited long enough and no job is running.
   void Begin(const Map& map, const ImageKnowledge& knowledge);
   // Returns whether a result is ready to be applied.

@@ -25,6 +25,8 @@ class FrameQueue {
   void Close();
   // Returns the oldest image; waits for one. Empty after the last image of a closed queue.
   std::optional<RgbdImage> Pop();
+  // Number of images that wait (SlamSystem::SetBacklog).
+  std::size_t size() const;
   // Number of images that were dropped.
   std::size_t dropped() const;
 

@@ -167,6 +167,12 @@ struct FactorCounts {
   std::size_t dropped = 0;
 };
 
+// What was postponed because images were waiting (SlamSystem::SetBacklog).
+struct PostponedWork {
+  std::size_t keyframes = 0;      // until the adjustment of the one before had ended
+  std::size_t loop_searches = 0;  // of keyframes, which were not searched
+};
+
 // Trajectory of the frames tracked in one world frame.
 struct SubmapTrajectory {
   SubmapId submap = kNoId;    // root of the merged submaps
@@ -247,6 +253,14 @@ class SlamSystem {
   // frame before, but only once, so that one wrong stamp does not block those that follow: the next
   // frame is accepted if it has the same stamp again, or follows it.
   FrameResult Track(const RgbdImage& image);
+
+  // Sets the number of images that wait to be tracked, for a camera that does not wait; call it
+  // before Track(). While there are any, that postpones what can wait: keyframes until the running
+  // adjustment ends, unless too little is tracked; the search for loops; the refinement of frames
+  // and the calibration of depth. Recordings need not call it: 0 until it is called.
+  void SetBacklog(std::size_t images);
+  // What was postponed so far.
+  PostponedWork postponed() const;
 
   // Returns the dynamic mask of the image of an active keyframe (FrameResult::moving), from the
   // frames in the seconds before and since: a second or two later it is more complete than at
