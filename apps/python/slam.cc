@@ -436,6 +436,23 @@ void BindSlam(py::module_& module) {
           "bgr: height x width x 3, uint8, as cv2.imread reads it. depth: height x width, metres, "
           "0 where nothing was measured. Stamps [ns] ascend.")
       .def(
+          "set_backlog",
+          [](Slam& self, std::size_t images) {
+            self.Call([images](SlamSystem& slam) { slam.SetBacklog(images); });
+          },
+          py::arg("images"),
+          "Before track(), for a camera that does not wait: the number of images that wait. While "
+          "there are any, keyframes, loops and refinement wait.")
+      .def(
+          "postponed",
+          [](Slam& self) {
+            const PostponedWork postponed =
+                self.Call([](const SlamSystem& slam) { return slam.postponed(); });
+            return py::dict(py::arg("keyframes") = postponed.keyframes,
+                            py::arg("loop_searches") = postponed.loop_searches);
+          },
+          "How often a keyframe or the search for a loop was postponed.")
+      .def(
           "finish", [](Slam& self) { self.Call([](SlamSystem& slam) { slam.Finish(); }); },
           "Waits for adjustments and loops, and applies them.")
       .def(
