@@ -139,12 +139,13 @@ void PrintMapping(const SlamRun& run) {
 
 void PrintLive(const SlamRun& run) {
   const TimingStatistics& delay = run.times.delay;
-  fmt::print("live        {} frames dropped; poses {:.1f} ms after their images (median), 99 % within "
-             "{:.1f}\n",
-             run.dropped, delay.median, delay.p99);
+  fmt::print(
+      "live        {} frames dropped; poses {:.1f} ms after their images (median), "
+      "99 % within {:.1f}\n",
+      run.dropped, delay.median, delay.p99);
   const PostponedWork& postponed = run.postponed;
   if (postponed.keyframes + postponed.loop_searches == 0) return;
-  fmt::print("postponed   {} times a keyframe, {} times the search for loops, since images waited\n",
+  fmt::print("postponed   keyframes in {} frames; loops were not searched for {} keyframes\n",
              postponed.keyframes, postponed.loop_searches);
 }
 

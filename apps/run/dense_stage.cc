@@ -1,5 +1,6 @@
 #include "run/dense_stage.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -19,6 +20,13 @@ namespace highwall::apps {
 namespace {
 
 constexpr const char* kDenseMap = "dense map";
+
+// Number of keyframes, with colour and depth in metres, that 64 MB hold: 29 of 640 x 480.
+std::size_t LiveBacklog(const PinholeCamera& camera) {
+  constexpr double kBytes = 64e6, kPixel = 7.0;
+  const double keyframes = kBytes / (kPixel * camera.width * camera.height);
+  return std::max<std::size_t>(8, static_cast<std::size_t>(keyframes));
+}
 
 }  // namespace
 
@@ -71,8 +79,8 @@ class DenseStage::KeyframeMapping {
     DenseMapOptions map = options.map;
     LimitToRange(sensor, &map);
     if (options.imu) map.level = true;
-    // Tracking waits for the dense map only if that has fallen behind by some ten seconds.
-    if (options.live) map.backlog = 32;
+    // Tracking waits for the dense map only if that has fallen behind by so many keyframes.
+    if (options.live) map.backlog = LiveBacklog(sensor.camera);
     return map;
   }
   // Maps keyframes again, from their images, that were created before the depth distortion was

@@ -50,8 +50,15 @@ struct StageSamples {
   }
 
   StageTimes Summary() const {
-    return {Summarize(points),   Summarize(lines),   Summarize(features), Summarize(pose),
-            Summarize(tracking), Summarize(mapping), Summarize(frame),    {}, {}};
+    return {Summarize(points),
+            Summarize(lines),
+            Summarize(features),
+            Summarize(pose),
+            Summarize(tracking),
+            Summarize(mapping),
+            Summarize(frame),
+            {},
+            {}};
   }
 };
 
@@ -195,6 +202,11 @@ Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera,
   }
   if (!IsSameCamera(saved.camera, camera)) throw IoError(path, "is a map of another camera");
   return std::move(saved.map);
+}
+
+FrameReaderOptions RangeOf(const SlamRunOptions& options, RunProfile* profile) {
+  return {
+      .begin = options.begin, .end = options.end, .prefetch = options.prefetch, .profile = profile};
 }
 
 SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options,
@@ -499,12 +511,7 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   mapping.AddTo(&followed);
   if (options.observer) options.observer->AddTo(&followed);
   slam.SetCallbacks(std::move(followed));
-  FrameSource reader(dataset,
-                     {.begin = options.begin,
-                      .end = options.end,
-                      .prefetch = options.prefetch,
-                      .profile = &profile},
-                     options.live);
+  FrameSource reader(dataset, RangeOf(options, &profile), options.live);
 
   RunTally tally;
   StampedFrames tracked;

@@ -97,11 +97,10 @@ TEST(WhiteAcceleration, JacobiansMatchCentralDifferences) {
       const Pose T_j(T_i.q() * so3::Exp(angle * RandomVector(rng, 1.0).normalized()),
                      RandomVector(rng, 5.0));
       const WhiteAcceleration factor(Uniform(rng, 0.2, 2.0), kNoise);
-      const auto check = testing::CheckJacobians(
-          factor,
-          {BlockOf(T_i), BlockOf(RandomVelocities(rng)), BlockOf(T_j),
-           BlockOf(RandomVelocities(rng))},
-          {&manifold, nullptr, &manifold, nullptr});
+      const auto check = testing::CheckJacobians(factor,
+                                                 {BlockOf(T_i), BlockOf(RandomVelocities(rng)),
+                                                  BlockOf(T_j), BlockOf(RandomVelocities(rng))},
+                                                 {&manifold, nullptr, &manifold, nullptr});
       EXPECT_TRUE(check) << angle << ": " << check.message;
     }
   }

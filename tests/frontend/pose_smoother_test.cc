@@ -73,8 +73,7 @@ constexpr AccelerationNoise kHand{.linear = 0.02, .angular = 0.3};
 constexpr double kPosition = 2e-3, kRotation = 2e-3;  // [m], [rad]
 
 Recording Hand(int frames, unsigned seed) {
-  return RandomMotion(frames, kHand, kPosition, kRotation, Information(kPosition, kRotation),
-                      seed);
+  return RandomMotion(frames, kHand, kPosition, kRotation, Information(kPosition, kRotation), seed);
 }
 
 double PositionRmse(const std::vector<Pose>& poses, const std::vector<Pose>& truth) {
@@ -134,7 +133,7 @@ TEST(MotionNoise, IsUnknownOfFewPosesOrOfPosesThatStateNothing) {
   EXPECT_FALSE(EstimateMotionNoise(recording.measured));
 }
 
-TEST(PoseSmoother, TakesAThirdOffTheErrorOfAHandsMotion) {
+TEST(PoseSmoother, ReducesTheErrorOfAHandsMotion) {
   const Recording recording = Hand(600, 4);
   const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
   // A margin of a tenth to what this seed has.

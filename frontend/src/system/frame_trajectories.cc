@@ -30,8 +30,7 @@ void FrameTrajectories::Smooth(const Map& map) {
     std::vector<MeasuredPose> measured;
     measured.reserve(indices.size());
     for (const std::size_t i : indices) {
-      measured.push_back(
-          {frames_[i].stamp, frames_[i].pose.T_WC(map), frames_[i].information});
+      measured.push_back({frames_[i].stamp, frames_[i].pose.T_WC(map), frames_[i].information});
     }
     const std::vector<Pose> T_WC = SmoothPoses(measured);
     for (std::size_t k = 0; k < indices.size(); ++k) {

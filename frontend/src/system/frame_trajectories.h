@@ -36,7 +36,7 @@ class FrameTrajectories {
 
  private:
   std::vector<PosedFrame> frames_;
-  std::vector<AnchoredPose> smoothed_;             // of the first frames; empty before Smooth()
+  std::vector<AnchoredPose> smoothed_;         // of the first frames; empty before Smooth()
   std::map<SubmapId, std::size_t> number_in_;  // number of frames, by the submap of their keyframe
 };
 

@@ -53,6 +53,7 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
     map_.Transform(*T_gravity, submap_);
     tracker_.Transform(*T_gravity);
     tracked.T_WC = *T_gravity * tracked.T_WC;
+    tracked.information = RotatedInformation(tracked.information, T_gravity->R());
   }
   if (const double weight = result.inertial->weight; weight > 0.0) {
     const double seconds = ToSeconds(observation.image - last_fused_);
@@ -74,9 +75,9 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
 
 void SlamSystem::Impl::KeepImagePose(const TrackedFrame& tracked) {
   constexpr std::size_t kKept = 2000;
-  image_poses_.push_back(
-      {tracked.frame.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC),
-       InformationInCamera(tracked.information, tracked.T_WC)});
+  image_poses_.push_back({tracked.frame.stamp,
+                          AnchoredPose::At(map_, tracked.reference, tracked.T_WC),
+                          InformationInCamera(tracked.information, tracked.T_WC)});
   if (image_poses_.size() > kKept) image_poses_.pop_front();
 }
 
@@ -97,6 +98,13 @@ Pose SlamSystem::Impl::ForgetImu() {
     auto& frames = *tracked_.mutable_frames();
     const auto frame = std::ranges::lower_bound(frames, seen.stamp, {}, &PosedFrame::stamp);
     if (frame != frames.end() && frame->stamp == seen.stamp) *frame = seen;
+  }
+  // Of the others the IMU alone knew the pose, except that of the first frame of a map.
+  for (PosedFrame& frame : *tracked_.mutable_frames()) {
+    const KeyFrame* const keyframe = map_.keyframe(frame.pose.reference);
+    const bool begins_map =
+        keyframe != nullptr && map_.IsOrigin(keyframe->id) && keyframe->frame.stamp == frame.stamp;
+    if (!frame.information && !begins_map) frame.information.emplace().setZero();
   }
   if (last_given_keyframe_ == kNoId) map_.SetGravity(std::nullopt, submap_);
   NotifyMoved();

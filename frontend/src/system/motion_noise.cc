@@ -17,7 +17,7 @@
 namespace highwall {
 namespace {
 
-constexpr std::size_t kFewest = 30;     // second differences, each of three axes
+constexpr std::size_t kFewest = 30;       // second differences, each of three axes
 constexpr double kMedianOfChi2 = 0.4549;  // of one degree of freedom
 
 // Mean variance of an axis of position [m^2] and rotation [rad^2] by the stated information.
@@ -48,9 +48,9 @@ void Add(const Eigen::Vector3d& difference, double stated, double motion,
 }
 
 // Second differences over `steps` frames, by position and rotation.
-std::array<SecondDifferences, 2> Collect(
-    std::span<const MeasuredPose> poses,
-    const std::vector<std::optional<StatedVariance>>& stated, std::size_t steps) {
+std::array<SecondDifferences, 2> Collect(std::span<const MeasuredPose> poses,
+                                         const std::vector<std::optional<StatedVariance>>& stated,
+                                         std::size_t steps) {
   std::array<SecondDifferences, 2> all;
   for (std::size_t a = 0; a + 2 * steps < poses.size(); ++a) {
     const std::size_t b = a + steps, c = b + steps;
@@ -59,7 +59,7 @@ std::array<SecondDifferences, 2> Collect(
     const double after = ToSeconds(poses[c].stamp - poses[b].stamp);
     if (std::max(before, after) > ConstantVelocity::kLongestPrediction) continue;
     const double ratio = after / before;
-    if (ratio > 2.0 || ratio < 0.5) continue;  // a missing image
+    if (ratio > 2.0 || ratio < 0.5) continue;             // a missing image
     const auto noise = [&](double StatedVariance::*of) {  // Eq. 1
       return (*stated[c]).*of + (1 + ratio) * (1 + ratio) * ((*stated[b]).*of) +
              ratio * ratio * ((*stated[a]).*of);
@@ -95,10 +95,9 @@ SecondDifference Typical(const SecondDifferences& differences, const Shares& sha
   SecondDifference typical{
       0.0, MedianOf(differences, [](const SecondDifference& d) { return d.stated; }),
       MedianOf(differences, [](const SecondDifference& d) { return d.motion; })};
-  typical.square = shares.Of(typical) / kMedianOfChi2 *
-                   MedianOf(differences, [&](const SecondDifference& d) {
-                     return d.square / shares.Of(d);
-                   });
+  typical.square =
+      shares.Of(typical) / kMedianOfChi2 *
+      MedianOf(differences, [&](const SecondDifference& d) { return d.square / shares.Of(d); });
   return typical;
 }
 
@@ -133,9 +132,8 @@ std::optional<MotionNoise> EstimateMotionNoise(std::span<const MeasuredPose> pos
     // Not so where poses do not differ at all.
     if (!std::isfinite(share) || share <= 0.0) return std::nullopt;
   }
-  return MotionNoise{{position.motion, rotation.motion},
-                     std::sqrt(position.noise),
-                     std::sqrt(rotation.noise)};
+  return MotionNoise{
+      {position.motion, rotation.motion}, std::sqrt(position.noise), std::sqrt(rotation.noise)};
 }
 
 }  // namespace highwall

@@ -31,8 +31,8 @@ using Velocities = WhiteAcceleration::Velocities;
 // by the scales of the noise. It may be singular.
 Matrix6 Root(const MeasuredPose& pose, const MotionNoise& noise) {
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(pose.information->cast<double>());
-  const Matrix6 root_C = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
-                         eigen.eigenvectors().transpose();
+  const Matrix6 root_C =
+      eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
   Matrix6 root = root_C;
   root.leftCols<3>() = root_C.leftCols<3>() * pose.T_WC.R().transpose() / noise.position_scale;
   root.rightCols<3>() = root_C.rightCols<3>() / noise.rotation_scale;
@@ -56,8 +56,8 @@ std::vector<Pose> Smoothed(std::span<const MeasuredPose> poses, const MotionNois
   for (std::size_t i = 0; i < poses.size(); ++i) {
     T_WC.push_back(graph.AddVariable(poses[i].T_WC));
     if (poses[i].information) {
-      graph.AddFactor(std::make_unique<PosePrior>(poses[i].T_WC, Root(poses[i], noise)),
-                      of_pose, T_WC.back());
+      graph.AddFactor(std::make_unique<PosePrior>(poses[i].T_WC, Root(poses[i], noise)), of_pose,
+                      T_WC.back());
     } else {
       graph.Fix(T_WC.back());
     }
@@ -65,10 +65,9 @@ std::vector<Pose> Smoothed(std::span<const MeasuredPose> poses, const MotionNois
     const double dt = ToSeconds(poses[after].stamp - poses[before].stamp);
     u.push_back(graph.AddVariable(MeanVelocities(poses[before], poses[after], dt)));
     if (i == 0) continue;
-    graph.AddFactor(
-        std::make_unique<WhiteAcceleration>(ToSeconds(poses[i].stamp - poses[i - 1].stamp),
-                                            noise.acceleration),
-        of_motion, T_WC[i - 1], u[i - 1], T_WC[i], u[i]);
+    graph.AddFactor(std::make_unique<WhiteAcceleration>(
+                        ToSeconds(poses[i].stamp - poses[i - 1].stamp), noise.acceleration),
+                    of_motion, T_WC[i - 1], u[i - 1], T_WC[i], u[i]);
   }
   SolveOptions options;
   options.max_iterations = 20;

@@ -117,16 +117,18 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
     ApplyResults(result);
   }
   TrackedFrame tracked = result.repeated ? Extrapolate(frame, result) : Estimate(frame, result);
+  // Before a keyframe is adjusted: it states something about the pose that was tracked.
+  const std::optional<ImageInformation> information = InformationOf(tracked);
   if (!result.repeated && !options_.localize_only && WantsKeyFrame(tracked)) {
     InsertKeyFrame(tracked, result);
     LookForLoop(tracked, result);
     AdjustToFactors(tracked, result);
-    if (worker_.IsFree() && backlog_ == 0) {
+    if (worker_.IsFree() && backlog_.IsEmpty()) {
       depth_pattern_.Begin(map_, model_, submap_, last_given_keyframe_);
     }
     CheckLens(false);
   }
-  Report(tracked, result);
+  Report(tracked, information, result);
   RefineFrames(result);
   pending_.Attach(tracked_.frames(), &map_);
   Notify(result, at_once, corrected);
@@ -246,7 +248,9 @@ LossReason SlamSystem::Impl::ReasonOf(const TrackedFrame& lost) const {
        .searched = kFarOff * motion_radius});
 }
 
-void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) {
+void SlamSystem::Impl::Report(const TrackedFrame& tracked,
+                              const std::optional<ImageInformation>& information,
+                              FrameResult& result) {
   result.state = tracked.state;
   result.relocalized = tracked.relocalized;
   result.T_WC = tracked.T_WC;
@@ -271,8 +275,7 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
   }
   lost_for_.reset();
   if (!inertial_ && !result.repeated) FollowSharpness(*tracked.frame.features);
-  tracked_.Add({result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC),
-                InformationOf(tracked)},
+  tracked_.Add({result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC), information},
                map_.keyframe(map_.ActiveKeyFrameOf(tracked.reference)->first)->submap);
   refiner_.Add(tracked, tracked_.frames().back(), tracker_.moved_by(), depth_pattern_.pattern(),
                last_keyframe_);
@@ -280,8 +283,7 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked, FrameResult& result) 
 
 std::optional<ImageInformation> SlamSystem::Impl::InformationOf(const TrackedFrame& tracked) const {
   const bool by_imu = inertial_ && inertial_->T_WC();
-  const bool begins_map =
-      tracked.information.isZero() && tracked.frame.stamp == last_keyframe_stamp_;
+  const bool begins_map = submap_keyframes_ == 0;
   if (by_imu || begins_map) return std::nullopt;
   return InformationInCamera(tracked.information, tracked.T_WC);
 }
@@ -289,7 +291,7 @@ std::optional<ImageInformation> SlamSystem::Impl::InformationOf(const TrackedFra
 void SlamSystem::Impl::RefineFrames(FrameResult& result) {
   const StageTimer timer(profile_, "refined frames", &result.times.mapping);
   if (refiner_.HasResult()) refiner_.Finish(map_, tracked_.mutable_frames());
-  if (backlog_ == 0 || refiner_.IsFull()) refiner_.Begin(map_, Knowledge());
+  if (backlog_.IsEmpty() || refiner_.IsFull()) refiner_.Begin(map_, Knowledge());
 }
 
 ImageKnowledge SlamSystem::Impl::Knowledge() const {
@@ -313,12 +315,11 @@ void SlamSystem::Impl::FollowSharpness(const FrameFeatures& features) {
       (usual_sharpness_ > 0.0 ? 0.05 : 1.0) * (features.sharpness - usual_sharpness_);
 }
 
-bool SlamSystem::Impl::CanPostpone(const TrackedFrame& tracked, double since_keyframe) const {
-  if (backlog_ == 0 && options_.mapper.wait) return false;
-  if (mapper_.IsIdle() || mapper_.HasResult()) return false;
-  const KeyFramePolicyOptions& due = options_.keyframes;
-  return Support(tracked.num_points, tracked.num_lines) >= due.wanted_tracked / 2 &&
-         since_keyframe < 3.0 * due.max_gap;
+bool SlamSystem::Impl::Postpones(const TrackedFrame& tracked, double since_keyframe) {
+  return !mapper_.IsIdle() && !mapper_.HasResult() &&
+         backlog_.PostponesKeyframe(!options_.mapper.wait,
+                                    Support(tracked.num_points, tracked.num_lines), since_keyframe,
+                                    options_.keyframes);
 }
 
 bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) {
@@ -342,9 +343,7 @@ bool SlamSystem::Impl::WantsKeyFrame(const TrackedFrame& tracked) {
                                       .since_image = since_image,
                                       .with_imu = inertial_.has_value()},
                                      map_);
-  if (!wanted || !CanPostpone(tracked, since_keyframe)) return wanted;
-  ++postponed_.keyframes;
-  return false;
+  return wanted && !Postpones(tracked, since_keyframe);
 }
 
 void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result) {
@@ -378,10 +377,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
 }
 
 void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
-  if (backlog_ > 0) {
-    ++postponed_.loop_searches;
-    return;
-  }
+  if (backlog_.SkipsLoopSearch()) return;
   const StageTimer timer(profile_, "loop search", &result.times.loops);
   const auto prepare = [&] {
     if (options_.tracker.timing == FrameTimingMode::kIgnored) return;

@@ -22,6 +22,7 @@
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
 #include "sensor/sensor_model.h"
+#include "system/backlog.h"
 #include "system/frame_clock.h"
 #include "system/frame_trajectories.h"
 #include "system/keyframe_release.h"
@@ -53,8 +54,8 @@ class SlamSystem::Impl {
   std::map<std::string, FactorCounts> factor_counts_by_source() const {
     return pending_.BySource(map_.factors());
   }
-  void SetBacklog(std::size_t images) { backlog_ = images; }
-  const PostponedWork& postponed() const { return postponed_; }
+  void SetBacklog(std::size_t images) { backlog_.Set(images); }
+  const PostponedWork& postponed() const { return backlog_.postponed(); }
   FrameResult Track(const RgbdImage& image);
   cv::Mat DynamicMaskOf(KeyFrameId keyframe) const;
   cv::Mat CorrectedDepth(KeyFrameId keyframe, const cv::Mat& depth) const;
@@ -97,8 +98,10 @@ class SlamSystem::Impl {
   void BeginSubmap(TrackedFrame& tracked, FrameResult& result);
   // Drops the submap that is being left if it is too young to be kept.
   void LeaveSubmap(FrameResult& result);
-  void Report(const TrackedFrame& tracked, FrameResult& result);
-  // Returns what the image of the frame states about its pose (PosedFrame::information).
+  void Report(const TrackedFrame& tracked, const std::optional<ImageInformation>& information,
+              FrameResult& result);
+  // Returns what the image of a frame that was just tracked states about its pose
+  // (PosedFrame::information).
   std::optional<ImageInformation> InformationOf(const TrackedFrame& tracked) const;
   // Applies refined poses of earlier frames and starts the refinement of more.
   void RefineFrames(FrameResult& result);
@@ -121,8 +124,8 @@ class SlamSystem::Impl {
   void KeepImagePose(const TrackedFrame& tracked);
   LossReason ReasonOf(const TrackedFrame& lost) const;
   bool WantsKeyFrame(const TrackedFrame& tracked);
-  // Returns whether a keyframe can wait until the running adjustment ends, since images wait.
-  bool CanPostpone(const TrackedFrame& tracked, double since_keyframe) const;
+  // Returns whether a keyframe that is due waits until the running adjustment ends.
+  bool Postpones(const TrackedFrame& tracked, double since_keyframe);
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
   void LookForLoop(TrackedFrame& tracked, FrameResult& result);
   // Applies an estimated depth distortion, between frames; returns whether the map was changed.
@@ -185,8 +188,7 @@ class SlamSystem::Impl {
   int submap_keyframes_ = 0;            // made in it
   std::optional<Stamp> posed_;          // the last frame with a pose; until there is one, the first
   KeyFrameId last_given_keyframe_;      // keyframes up to it came with the given map
-  std::size_t backlog_ = 0;             // images that wait to be tracked
-  PostponedWork postponed_;
+  Backlog backlog_;
   std::int64_t next_index_ = 0;
   Stamp last_keyframe_stamp_ = 0;
   KeyFrameId last_keyframe_ = kNoId;

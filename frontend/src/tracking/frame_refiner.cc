@@ -20,8 +20,9 @@
 namespace highwall {
 namespace {
 
-constexpr std::size_t kBatch = 30;  // frames, so that the map is not copied for each
-constexpr double kEnough = 0.5;     // of the support that the frame was tracked with
+constexpr std::size_t kBatch = 30;        // frames, so that the map is not copied for each
+constexpr std::size_t kMostAtOnce = 100;  // frames, so that a copy of the map stays small
+constexpr double kEnough = 0.5;           // of the support that the frame was tracked with
 
 // Returns the features without the images, which the refinement does not use.
 std::shared_ptr<const FrameFeatures> WithoutImages(const FrameFeatures& features) {
@@ -96,9 +97,9 @@ class FrameRefiner::Job {
     for (std::size_t i = 0; i < items_.size(); ++i) {
       const TrackedFrame& frame = items_[i].frame;
       if (is_found[i]) {
-        found_.push_back(
-            {items_[i].posed.stamp, AnchoredPose::At(map_, frame.reference, frame.T_WC),
-             InformationInCamera(frame.information, frame.T_WC)});
+        found_.push_back({items_[i].posed.stamp,
+                          AnchoredPose::At(map_, frame.reference, frame.T_WC),
+                          InformationInCamera(frame.information, frame.T_WC)});
       }
     }
     map_ = Map();
@@ -210,7 +211,8 @@ void FrameRefiner::Begin(const Map& map, const ImageKnowledge& knowledge) {
   auto count = static_cast<std::size_t>(young - waiting_.begin());
   const auto most = static_cast<std::size_t>(options_.waiting);
   if (waiting_.size() > most) count = std::max(count, waiting_.size() - most + kBatch);
-  count = std::min(count, waiting_.size() - std::min<std::size_t>(waiting_.size(), 1));
+  count =
+      std::min({count, kMostAtOnce, waiting_.size() - std::min<std::size_t>(waiting_.size(), 1)});
   if (count >= kBatch) Start(map, knowledge, count);
 }
 

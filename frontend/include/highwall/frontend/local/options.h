@@ -30,9 +30,9 @@ struct LocalMapperOptions {
   int min_observations = 2;
   // Moves a keyframe's corners to where they match the first appearance of their landmarks.
   bool refine_corners = true;
-  // Wait for an adjustment that is still running when the next keyframe arrives. false, for a camera
-  // that does not wait: the keyframe is postponed; if it cannot be (SlamSystem::SetBacklog), the
-  // adjustment ends after the current iteration.
+  // Wait for an adjustment that is still running when the next keyframe arrives. false, for a
+  // camera that does not wait: the keyframe is postponed; if it cannot be (SlamSystem::SetBacklog),
+  // the adjustment ends after the current iteration.
   bool wait = true;
 
   void Validate() const;

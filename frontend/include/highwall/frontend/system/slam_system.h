@@ -169,8 +169,8 @@ struct FactorCounts {
 
 // What was postponed because images were waiting (SlamSystem::SetBacklog).
 struct PostponedWork {
-  std::size_t keyframes = 0;      // until the adjustment of the one before had ended
-  std::size_t loop_searches = 0;  // of keyframes, which were not searched
+  std::size_t keyframes = 0;  // frames with which a keyframe was due and waited for an adjustment
+  std::size_t loop_searches = 0;  // keyframes for which no loop was searched
 };
 
 // Trajectory of the frames tracked in one world frame.
@@ -256,8 +256,9 @@ class SlamSystem {
 
   // Sets the number of images that wait to be tracked, for a camera that does not wait; call it
   // before Track(). While there are any, that postpones what can wait: keyframes until the running
-  // adjustment ends, unless too little is tracked; the search for loops; the refinement of frames
-  // and the calibration of depth. Recordings need not call it: 0 until it is called.
+  // adjustment ends, unless too little is tracked; the search for loops, of two keyframes in three;
+  // the refinement of frames and the calibration of depth. Recordings need not call it: 0 until it
+  // is called.
   void SetBacklog(std::size_t images);
   // What was postponed so far.
   PostponedWork postponed() const;

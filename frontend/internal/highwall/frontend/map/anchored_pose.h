@@ -26,13 +26,19 @@ struct AnchoredPose {
 // translation and a rotation, both in C, so that it holds however the map moves.
 using ImageInformation = Eigen::Matrix<float, 6, 6>;
 
-// Converts the information in the tangent space of PoseManifold at T_WC.
+// Converts information in the tangent space of PoseManifold, whose translations are in A, to
+// translations in B.
+inline Eigen::Matrix<double, 6, 6> RotatedInformation(Eigen::Matrix<double, 6, 6> information,
+                                                      const Eigen::Matrix3d& R_BA) {
+  information.topRows<3>() = (R_BA * information.topRows<3>()).eval();
+  information.leftCols<3>() = (information.leftCols<3>() * R_BA.transpose()).eval();
+  return information;
+}
+
+// The same for that of a pose T_WC, to translations in C.
 inline ImageInformation InformationInCamera(const Eigen::Matrix<double, 6, 6>& information,
-                                           const Pose& T_WC) {
-  Eigen::Matrix<double, 6, 6> in_camera = information;
-  in_camera.topRows<3>() = T_WC.R().transpose() * information.topRows<3>();
-  in_camera.leftCols<3>() = (in_camera.leftCols<3>() * T_WC.R()).eval();
-  return in_camera.cast<float>();
+                                            const Pose& T_WC) {
+  return RotatedInformation(information, T_WC.R().transpose()).cast<float>();
 }
 
 // A frame with a pose.

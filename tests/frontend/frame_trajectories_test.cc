@@ -1,0 +1,130 @@
+#include "system/frame_trajectories.h"
+
+#include <memory>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <highwall/core/so3.h>
+
+#include "system/pose_smoother.h"
+
+namespace highwall::frame_trajectories_test {
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+Eigen::Vector3d Random(std::mt19937& rng, double range) {
+  std::uniform_real_distribution<double> uniform(-range, range);
+  const double x = uniform(rng), y = uniform(rng), z = uniform(rng);
+  return {x, y, z};
+}
+
+// Two worlds, each with a keyframe and 60 frames, alternately, with noise of 2 mm and 2 mrad.
+struct TwoWorlds {
+  Map map;
+  std::vector<KeyFrameId> keyframes;
+  std::vector<SubmapId> submaps;
+  FrameTrajectories trajectories;
+
+  TwoWorlds() {
+    std::mt19937 rng(1);
+    const auto features = std::make_shared<const FrameFeatures>();
+    for (int world = 0; world < 2; ++world) {
+      submaps.push_back(world == 0 ? kFirstSubmap : map.AddSubmap());
+      const Pose T_WC = Pose::FromTangent(Random(rng, 3.0), Random(rng, 1.0));
+      keyframes.push_back(map.AddKeyFrame({world, world, features}, T_WC, submaps.back()).id);
+    }
+    for (int i = 0; i < 120; ++i) Add(i, rng);
+  }
+
+  void Add(int i, std::mt19937& rng) {
+    const auto world = static_cast<std::size_t>(i % 2);
+    const Pose T_WC = Pose::FromTangent({0.01 * i, 0, 0}, {0, 0.01 * i, 0}) *
+                      Pose::FromTangent(Random(rng, 2e-3), Random(rng, 2e-3));
+    const ImageInformation information = 1e6F * ImageInformation::Identity();
+    trajectories.Add({i * 16'000'000LL, AnchoredPose::At(map, keyframes[world], T_WC), information},
+                     submaps[world]);
+  }
+
+  Trajectory Of(std::size_t world) const {
+    for (const SubmapTrajectory& submap : trajectories.ByWorld(map)) {
+      if (submap.submap == submaps[world]) return submap.frames;
+    }
+    return {};
+  }
+
+  std::vector<MeasuredPose> Measured(std::size_t world) const {
+    std::vector<MeasuredPose> measured;
+    for (const PosedFrame& frame : trajectories.frames()) {
+      if (frame.pose.reference != keyframes[world]) continue;
+      measured.push_back({frame.stamp, frame.pose.T_WC(map), frame.information});
+    }
+    return measured;
+  }
+};
+
+void ExpectNear(const Trajectory& frames, const std::vector<Pose>& expected) {
+  ASSERT_EQ(frames.size(), expected.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    // Rounding of the anchored pose.
+    EXPECT_LT((frames[i].pose.p() - expected[i].p()).norm(), 1e-12) << i;
+  }
+}
+
+TEST(ImageInformation, IsThatOfTheSameStepInTheCamera) {
+  std::mt19937 rng(2);
+  for (int i = 0; i < 20; ++i) {
+    Matrix6 root;
+    for (int k = 0; k < 6; ++k) root.col(k) << Random(rng, 3.0), Random(rng, 3.0);
+    const Matrix6 information = root.transpose() * root;
+    const Pose T_WC = Pose::FromTangent(Random(rng, 5.0), Random(rng, 1.7));
+    Eigen::Matrix<double, 6, 1> in_world, in_camera;
+    const Eigen::Vector3d rotation = Random(rng, 1.0);
+    in_camera << Random(rng, 1.0), rotation;
+    in_world << T_WC.R() * in_camera.head<3>(), rotation;
+    const double expected = in_world.dot(information * in_world);
+    const Matrix6 of_camera = InformationInCamera(information, T_WC).cast<double>();
+    EXPECT_NEAR(in_camera.dot(of_camera * in_camera), expected, 1e-4) << "rounding to floats";
+  }
+}
+
+TEST(FrameTrajectories, EachWorldIsSmoothedByItself) {
+  TwoWorlds worlds;
+  worlds.trajectories.Smooth(worlds.map);
+  for (const std::size_t world : {0U, 1U}) {
+    const std::vector<MeasuredPose> measured = worlds.Measured(world);
+    const Trajectory frames = worlds.Of(world);
+    ExpectNear(frames, SmoothPoses(measured));
+    EXPECT_GT((frames[30].pose.p() - measured[30].T_WC.p()).norm(), 1e-5);
+  }
+}
+
+TEST(FrameTrajectories, SmoothingAgainStartsFromTheMeasuredPoses) {
+  TwoWorlds worlds;
+  worlds.trajectories.Smooth(worlds.map);
+  std::mt19937 rng(3);
+  for (int i = 120; i < 140; ++i) worlds.Add(i, rng);
+  // The new frames are as measured.
+  const std::vector<MeasuredPose> measured = worlds.Measured(0);
+  EXPECT_LT((worlds.Of(0).back().pose.p() - measured.back().T_WC.p()).norm(), 1e-12);
+  worlds.trajectories.Smooth(worlds.map);
+  ExpectNear(worlds.Of(0), SmoothPoses(measured));
+}
+
+TEST(FrameTrajectories, SmoothedPosesFollowTheirKeyframes) {
+  TwoWorlds worlds;
+  worlds.trajectories.Smooth(worlds.map);
+  const Trajectory before = worlds.Of(1);
+  const Pose T = Pose::FromTangent({1, 2, 3}, {0.3, -0.2, 0.1});
+  worlds.map.Transform(T, worlds.submaps[1]);
+  const Trajectory after = worlds.Of(1);
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    EXPECT_LT((after[i].pose.p() - (T * before[i].pose).p()).norm(), 1e-12) << i;
+  }
+}
+
+}  // namespace
+}  // namespace highwall::frame_trajectories_test
