@@ -13,7 +13,6 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/features/make_point_extractor.h>
-#include <highwall/frontend/input/frame_reader.h>
 #include <highwall/frontend/local/global_adjustment.h>
 #include <highwall/frontend/map/feature_type_mismatch.h>
 #include <highwall/frontend/map/map.h>
@@ -23,7 +22,7 @@
 #include "cli/attempt.h"
 #include "run/dense_stage.h"
 #include "run/finished_run.h"
-#include "run/live_replay.h"
+#include "run/frame_source.h"
 #include "run/loaded_map.h"
 #include "run/loss_advice.h"
 #include "run/run_observer.h"
@@ -54,25 +53,6 @@ struct StageSamples {
     return {Summarize(points),   Summarize(lines),   Summarize(features), Summarize(pose),
             Summarize(tracking), Summarize(mapping), Summarize(frame),    {}};
   }
-};
-
-// Passes the IMU readings of a recording to the system before each image.
-class ImuReplay {
- public:
-  explicit ImuReplay(const std::optional<ImuFeed>& feed) : feed_(feed) {}
-
-  void FeedUntil(Stamp image, SlamSystem& slam) {
-    if (!feed_) return;
-    // The clock offset is not yet known exactly.
-    const Stamp until = image + FromSeconds(feed_->calibration.time_offset + 0.1);
-    for (; next_ < feed_->samples.size() && feed_->samples[next_].stamp <= until; ++next_) {
-      slam.AddImu(feed_->samples[next_]);
-    }
-  }
-
- private:
-  const std::optional<ImuFeed>& feed_;
-  std::size_t next_ = 0;
 };
 
 // Frames of a recording, in the order of their stamps: a stamp far ahead of the others is a pause
@@ -197,38 +177,6 @@ Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera,
   if (!IsSameCamera(saved.camera, camera)) throw IoError(path, "is a map of another camera");
   return std::move(saved.map);
 }
-
-// Frames of a dataset, on request or at the pace of their stamps.
-class FrameSource {
- public:
-  FrameSource(const Dataset& dataset, const SlamRunOptions& options, RunProfile* profile)
-      : profile_(profile) {
-    const FrameReaderOptions range{.begin = options.begin,
-                                   .end = options.end,
-                                   .prefetch = options.prefetch,
-                                   .profile = profile};
-    if (options.live) {
-      live_.emplace(dataset, range);
-    } else {
-      reader_.emplace(dataset, range);
-    }
-  }
-
-  std::optional<RgbdImage> Next() {
-    const StageTimer timer(profile_, "next image");
-    return live_ ? live_->Next() : reader_->Next();
-  }
-  std::size_t position() const { return live_ ? live_->position() : reader_->position(); }
-  std::size_t count() const { return live_ ? live_->count() : reader_->count(); }
-  std::size_t dropped() const { return live_ ? live_->dropped() : 0; }
-  // Number of frames after the last one returned.
-  std::size_t left() const { return count() - std::min(position(), count()); }
-
- private:
-  RunProfile* const profile_;
-  std::optional<FrameReader> reader_;  // one of the two
-  std::optional<LiveReplay> live_;
-};
 
 SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options,
                       RunProfile* profile) {
@@ -480,59 +428,22 @@ std::size_t CountWithoutDepth(const Dataset& dataset, const SlamRunOptions& opti
   return static_cast<std::size_t>(std::ranges::count_if(dataset.stamps_without_depth(), is_in));
 }
 
-}  // namespace
-
-TimingStatistics Summarize(std::vector<double> samples) {
-  if (samples.empty()) return {};
-  std::sort(samples.begin(), samples.end());
-  const auto at = [&](double quantile) {
-    return samples[static_cast<std::size_t>(quantile * static_cast<double>(samples.size() - 1))];
-  };
-  return {
-      std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size()),
-      at(0.5),
-      at(0.95),
-      at(0.99),
-      samples.back(),
-      samples.size()};
-}
-
-double Coverage(const SlamRun& run) {
-  return PosedShare(run, run.frames + run.skipped + run.dropped);
-}
-
-double ColourCoverage(const SlamRun& run) {
-  return PosedShare(run, CountColourImages(run));
-}
-
-std::size_t CountColourImages(const SlamRun& run) {
-  return run.frames + run.skipped + run.dropped + run.without_depth;
-}
-
-double ProcessorMsPerFrame(const SlamRun& run) {
-  if (run.frames == 0) return 0.0;
-  return 1e3 * (run.processor.process - run.processor.decoding) / static_cast<double>(run.frames);
-}
-
-void RequireWhole(const SlamRun& run) {
-  if (!run.failures.empty()) throw std::runtime_error(run.failures.front());
-}
-
-SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
-                const RunCallbacks& callbacks) {
+// camera: null, or in the place of the dataset, which is empty.
+SlamRun RunOn(const Dataset& dataset, ImageSource* camera, const RgbdSensor& sensor,
+              const SlamRunOptions& options, const RunCallbacks& callbacks) {
   const Stopwatch stopwatch;
   RunProfile profile(!options.trace.empty());
   const ProfiledThread caller({"tracking", &profile});
   SlamSystem slam = MakeSystem(sensor, options, &profile);
   const LoadedMap loaded(slam.map());
-  ImuReplay imu(options.imu);
+  ImuReplay imu(options.imu, camera);
   GpsReplay gps(options.gps, slam);
   DenseStage mapping(slam, dataset, sensor, options, &profile);
   SlamCallbacks followed{.on_finding = callbacks.on_finding};
   mapping.AddTo(&followed);
   if (options.observer) options.observer->AddTo(&followed);
   slam.SetCallbacks(std::move(followed));
-  FrameSource reader(dataset, options, &profile);
+  FrameSource reader(dataset, camera, options, &profile);
 
   RunTally tally;
   StampedFrames tracked;
@@ -577,6 +488,54 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
   run.processor = profile.processor_seconds();
   SaveTrace(options, profile, &run);
   return run;
+}
+
+}  // namespace
+
+TimingStatistics Summarize(std::vector<double> samples) {
+  if (samples.empty()) return {};
+  std::sort(samples.begin(), samples.end());
+  const auto at = [&](double quantile) {
+    return samples[static_cast<std::size_t>(quantile * static_cast<double>(samples.size() - 1))];
+  };
+  return {
+      std::accumulate(samples.begin(), samples.end(), 0.0) / static_cast<double>(samples.size()),
+      at(0.5),
+      at(0.95),
+      at(0.99),
+      samples.back(),
+      samples.size()};
+}
+
+double Coverage(const SlamRun& run) {
+  return PosedShare(run, run.frames + run.skipped + run.dropped);
+}
+
+double ColourCoverage(const SlamRun& run) {
+  return PosedShare(run, CountColourImages(run));
+}
+
+std::size_t CountColourImages(const SlamRun& run) {
+  return run.frames + run.skipped + run.dropped + run.without_depth;
+}
+
+double ProcessorMsPerFrame(const SlamRun& run) {
+  if (run.frames == 0) return 0.0;
+  return 1e3 * (run.processor.process - run.processor.decoding) / static_cast<double>(run.frames);
+}
+
+void RequireWhole(const SlamRun& run) {
+  if (!run.failures.empty()) throw std::runtime_error(run.failures.front());
+}
+
+SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
+                const RunCallbacks& callbacks) {
+  return RunOn(dataset, nullptr, sensor, options, callbacks);
+}
+
+SlamRun RunSlam(ImageSource& camera, const RgbdSensor& sensor, const SlamRunOptions& options,
+                const RunCallbacks& callbacks) {
+  return RunOn(NoDataset(), &camera, sensor, options, callbacks);
 }
 
 void ReturnFreeMemory() {
