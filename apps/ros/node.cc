@@ -1,10 +1,12 @@
 #include "ros/node.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <functional>
 #include <stop_token>
 #include <system_error>
 #include <thread>
@@ -146,9 +148,14 @@ int NodeRun::Run(const fs::path& folder, const std::function<bool()>& ended) {
   run_options.observer = publisher.get();
   RunOutput output(folder, arguments.save_map, arguments.load_map);
   inlet_.Connect(stream, publisher, arguments.localize);
-  Print(fmt::format("{} with {}, {}, into {}", arguments.localize ? "localizing" : "mapping",
-                    resolved.origin, run_options.imu ? "with the IMU" : "by images alone",
-                    folder.string()));
+  link_.Receive();
+  const std::string doing = fmt::format("{} with {}, {}, into {}",
+                                        arguments.localize ? "localizing" : "mapping",
+                                        resolved.origin,
+                                        run_options.imu ? "with the IMU" : "by images alone",
+                                        folder.string());
+  Print(doing);
+  link_.PublishState(0, {.message = "waiting for images: " + doing, .values = {}});
   SlamRun run;
   {
     const Watch watch(ended, [this] { inlet_.Close(); });

@@ -86,6 +86,7 @@ struct RosLink::Impl {
     subscribers.push_back(node.subscribe<Message>(topic, queue, checked, ros::VoidConstPtr(),
                                                   ros::TransportHints().tcpNoDelay()));
   }
+  void SubscribeToCamera();
   void SubscribeToSensors();
   void AdvertiseTopics();
   void AdvertiseServices();
@@ -99,6 +100,7 @@ struct RosLink::Impl {
 
   RosLinkOptions options;
   RosListener* listener = nullptr;
+  bool receives_sensors = false;
   ros::NodeHandle node, own{"~"};
   ros::NodeHandle services{"~"};
   ros::CallbackQueue requests;  // of the services, which may take long
@@ -111,11 +113,15 @@ struct RosLink::Impl {
   std::optional<ros::AsyncSpinner> receiving, serving;
 };
 
-void RosLink::Impl::SubscribeToSensors() {
+void RosLink::Impl::SubscribeToCamera() {
   Subscribe<sensor_msgs::CameraInfo>(
       "rgb/camera_info", kImages, [this](const sensor_msgs::CameraInfo& message) {
         listener->OnCamera(CameraOf(message, options.rectified));
       });
+}
+
+void RosLink::Impl::SubscribeToSensors() {
+  receives_sensors = true;
   Subscribe<sensor_msgs::Image>("rgb/image", kImages, [this](const sensor_msgs::Image& message) {
     listener->OnColour(FromRos(message.header.stamp), ColourOf(message));
   });
@@ -197,11 +203,15 @@ void RosLink::Start(const RosLinkOptions& options, RosListener& listener) {
   impl_->AdvertiseTopics();
   impl_->AdvertiseServices();
   if (!options.frames.base.empty()) impl_->transform_listener.emplace(impl_->transforms);
-  impl_->SubscribeToSensors();
+  impl_->SubscribeToCamera();
   impl_->receiving.emplace(1);
   impl_->receiving->start();
   impl_->serving.emplace(1, &impl_->requests);
   impl_->serving->start();
+}
+
+void RosLink::Receive() {
+  if (!impl_->receives_sensors) impl_->SubscribeToSensors();
 }
 
 void RosLink::Stop() {

@@ -60,8 +60,10 @@ class RosLink {
   // False once ROS has shut the node down.
   bool ok() const;
 
-  // Subscribes and advertises. listener: must outlive this object.
+  // Advertises, and subscribes to the camera's description. listener: must outlive this object.
   void Start(const RosLinkOptions& options, RosListener& listener);
+  // Subscribes to images and readings, once.
+  void Receive();
   // Receives nothing more.
   void Stop();
 

@@ -102,7 +102,7 @@ class RosNode : public ::testing::Test {
     RosPeer::SetParameter("/highwall/set/tracker/min_support", 25);
     RosPeer::SetParameter("/highwall/imu", imu);
     node_ = std::make_unique<BackgroundProgram>(testing::kHighwallRos, std::vector<std::string>{});
-    ASSERT_TRUE(peer_->WaitForNode());
+    ASSERT_TRUE(peer_->WaitForNode(camera_, "camera", imu != "off"));
   }
   // Publishes the frames and readings of [begin, end) at the pace of their stamps.
   void Play(std::size_t begin, std::size_t end) {
@@ -118,9 +118,6 @@ class RosNode : public ::testing::Test {
       PublishReadings(stamp);
       const std::optional<RgbdImage> image = images_->Load(i);
       wait_until(stamp);
-      peer_->PublishCamera(stamp, camera_, "camera");
-      // The node waits for its camera.
-      if (i == 0) std::this_thread::sleep_for(std::chrono::seconds(1));
       peer_->PublishImages(stamp, image->bgr, image->depth);
     }
     PublishReadings(last);
@@ -142,8 +139,12 @@ class RosNode : public ::testing::Test {
   bool HearsPoses(std::size_t count) const {
     return Waited([&] { return peer_->heard().poses.size() >= count; });
   }
-  static bool Exists(const fs::path& file) {
-    return Waited([&] { return fs::exists(file); });
+  // Waits until the node is ready for the images of another run.
+  bool BeginsRun(const std::string& doing, const fs::path& folder) const {
+    return Waited([&] {
+      const std::string state = peer_->heard().state;
+      return state.starts_with("waiting for images: " + doing) && state.ends_with(folder.string());
+    });
   }
   fs::path dataset() const { return folder_ / "dataset"; }
   fs::path run() const { return folder_ / "run"; }
@@ -232,12 +233,12 @@ TEST_F(RosNode, ServicesSaveResetAndLocalize) {
   ASSERT_TRUE(HearsPoses(2 * kPart));
   EXPECT_FALSE(RosPeer::Call("highwall/localize", false).success);
   EXPECT_TRUE(RosPeer::Call("highwall/localize", true).success);
-  ASSERT_TRUE(Exists(run().string() + "_2/.highwall.lock"));
+  ASSERT_TRUE(BeginsRun("localizing", run().string() + "_2"));
   Play(2 * kPart, 3 * kPart);
   ASSERT_TRUE(HearsPoses(3 * kPart));
   EXPECT_FALSE(RosPeer::Call("highwall/save").success);
   EXPECT_TRUE(RosPeer::Call("highwall/reset").success);
-  ASSERT_TRUE(Exists(run().string() + "_3/.highwall.lock"));
+  ASSERT_TRUE(BeginsRun("mapping", run().string() + "_3"));
   Play(3 * kPart, 4 * kPart);
   ASSERT_TRUE(HearsPoses(4 * kPart));
   RosPeer::Shutdown("/highwall");

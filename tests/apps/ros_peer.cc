@@ -75,7 +75,7 @@ struct RosPeer::Impl {
   void HearAll();
 
   ros::NodeHandle node;
-  ros::Publisher info{node.advertise<sensor_msgs::CameraInfo>("rgb/camera_info", 1000)};
+  ros::Publisher info{node.advertise<sensor_msgs::CameraInfo>("rgb/camera_info", 1, true)};
   ros::Publisher colour{node.advertise<sensor_msgs::Image>("rgb/image", 1000)};
   ros::Publisher depth{node.advertise<sensor_msgs::Image>("depth/image", 1000)};
   ros::Publisher imu{node.advertise<sensor_msgs::Imu>("imu", 100'000)};
@@ -146,11 +146,21 @@ void RosPeer::SetParameter(const std::string& name, int value) {
   ros::param::set(name, value);
 }
 
-bool RosPeer::WaitForNode() const {
-  const auto is_connected = [this] {
-    for (const ros::Publisher* to : {&impl_->info, &impl_->colour, &impl_->depth, &impl_->imu}) {
+bool RosPeer::WaitForNode(const PinholeCamera& camera, const std::string& frame,
+                          bool with_imu) const {
+  sensor_msgs::CameraInfo message;
+  message.header.frame_id = frame;
+  message.width = static_cast<std::uint32_t>(camera.width);
+  message.height = static_cast<std::uint32_t>(camera.height);
+  message.distortion_model = "plumb_bob";
+  message.D.assign({camera.k1, camera.k2, camera.p1, camera.p2, camera.k3});
+  message.K = {camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0};
+  impl_->info.publish(message);
+  const auto is_connected = [&] {
+    for (const ros::Publisher* to : {&impl_->info, &impl_->colour, &impl_->depth}) {
       if (to->getNumSubscribers() == 0) return false;
     }
+    if (with_imu && impl_->imu.getNumSubscribers() == 0) return false;
     for (const ros::Subscriber& from : impl_->subscribers) {
       if (from.getNumPublishers() == 0) return false;
     }
@@ -161,19 +171,6 @@ bool RosPeer::WaitForNode() const {
     ros::WallDuration(kPoll).sleep();
   }
   return true;
-}
-
-void RosPeer::PublishCamera(Stamp stamp, const PinholeCamera& camera,
-                            const std::string& frame) const {
-  sensor_msgs::CameraInfo message;
-  message.header.stamp = apps::ToRos(stamp);
-  message.header.frame_id = frame;
-  message.width = static_cast<std::uint32_t>(camera.width);
-  message.height = static_cast<std::uint32_t>(camera.height);
-  message.distortion_model = "plumb_bob";
-  message.D.assign({camera.k1, camera.k2, camera.p1, camera.p2, camera.k3});
-  message.K = {camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0};
-  impl_->info.publish(message);
 }
 
 void RosPeer::PublishImages(Stamp stamp, const cv::Mat& bgr, const cv::Mat& depth) const {

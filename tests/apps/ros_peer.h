@@ -34,9 +34,9 @@ class RosPeer {
   static void SetParameter(const std::string& name, bool value);
   static void SetParameter(const std::string& name, int value);
 
-  // Waits until the node listens to everything and can be heard; false after 30 s.
-  bool WaitForNode() const;
-  void PublishCamera(Stamp stamp, const PinholeCamera& camera, const std::string& frame) const;
+  // Publishes the camera, latched, and waits until the node listens to everything and can be heard;
+  // false after 30 s.
+  bool WaitForNode(const PinholeCamera& camera, const std::string& frame, bool with_imu) const;
   void PublishImages(Stamp stamp, const cv::Mat& bgr, const cv::Mat& depth) const;
   void PublishImu(Stamp stamp, const Eigen::Vector3d& gyroscope,
                   const Eigen::Vector3d& accelerometer) const;

@@ -85,7 +85,7 @@ void AddImages(Stamp stamp, CameraStream& stream) {
 TEST(CameraStream, WholeNumbersAreMillimetresAndOtherDepthIsUnchanged) {
   CameraStream stream(SmallSensor(), {});
   AddImages(1, stream);
-  EXPECT_EQ(stream.Next()->depth.at<float>(1, 3), 1.5f);
+  EXPECT_FLOAT_EQ(stream.Next()->depth.at<float>(1, 3), 1.5f);
   stream.AddColour(2, cv::Mat::zeros(2, 4, CV_8UC3));
   stream.AddDepth(2, cv::Mat(2, 4, CV_32FC1, cv::Scalar(1.2345f)));
   EXPECT_EQ(stream.Next()->depth.at<float>(0, 0), 1.2345f);
