@@ -4,29 +4,45 @@
 #include <optional>
 #include <vector>
 
-#include <highwall/core/stamp.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/frame_reader.h>
+#include <highwall/frontend/input/image_source.h>
+#include <highwall/frontend/system/slam_system.h>
+#include <highwall/internal/run_profile.h>
 
 #include "run/live_replay.h"
+#include "run/slam_run.h"
 
 namespace highwall::apps {
 
-// Frames of a dataset, on request or at the pace of their stamps.
+// A dataset without frames, in the place of that of a camera.
+class NoDataset final : public Dataset {
+ public:
+  std::size_t size() const override { return 0; }
+  Stamp stamp(std::size_t) const override { return 0; }
+  const Trajectory* groundtruth() const override { return nullptr; }
+
+ private:
+  RgbdImage DoLoad(std::size_t) const override { return {}; }
+};
+
+// Frames of a run: of a dataset, on request or at the pace of their stamps, or of a camera.
 class FrameSource {
  public:
-  // dataset and options.profile must outlive the source.
-  FrameSource(const Dataset& dataset, const FrameReaderOptions& options, bool live);
+  // camera: null, or in the place of the dataset.
+  FrameSource(const Dataset& dataset, ImageSource* camera, const SlamRunOptions& options,
+              RunProfile* profile);
 
   std::optional<RgbdImage> Next();
-  // Number of frames due so far, including unusable and dropped ones.
-  std::size_t position() const { return live_ ? live_->position() : reader_->position(); }
-  std::size_t count() const { return live_ ? live_->count() : reader_->count(); }
-  std::size_t dropped() const { return live_ ? live_->dropped() : 0; }
+  // Number of frames so far, including unusable and dropped ones, and of all of them: of a camera,
+  // those so far.
+  std::size_t position() const;
+  std::size_t count() const;
+  std::size_t dropped() const;
   // Number of frames after the last one returned.
   std::size_t left() const;
   // Number of frames that are late.
-  std::size_t waiting() const { return live_ ? live_->waiting() : 0; }
+  std::size_t waiting() const;
 
   // Measures the time since the frame of this stamp arrived, if frames come at their pace.
   void Measure(Stamp stamp);
@@ -35,9 +51,26 @@ class FrameSource {
 
  private:
   RunProfile* const profile_;
-  std::optional<FrameReader> reader_;  // one of the two
+  ImageSource* const camera_;
+  std::optional<FrameReader> reader_;  // one of the three
   std::optional<LiveReplay> live_;
+  std::size_t taken_ = 0;  // from the camera
   std::vector<double> delays_;
+};
+
+// Passes the IMU readings of a recording, or of a camera, to the system before each image.
+class ImuReplay {
+ public:
+  // camera: null for a recording.
+  ImuReplay(const std::optional<ImuFeed>& feed, ImageSource* camera)
+      : feed_(feed), camera_(camera) {}
+
+  void FeedUntil(Stamp image, SlamSystem& slam);
+
+ private:
+  const std::optional<ImuFeed>& feed_;
+  ImageSource* const camera_;
+  std::size_t next_ = 0;
 };
 
 }  // namespace highwall::apps

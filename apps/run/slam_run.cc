@@ -62,25 +62,6 @@ struct StageSamples {
   }
 };
 
-// Passes the IMU readings of a recording to the system before each image.
-class ImuReplay {
- public:
-  explicit ImuReplay(const std::optional<ImuFeed>& feed) : feed_(feed) {}
-
-  void FeedUntil(Stamp image, SlamSystem& slam) {
-    if (!feed_) return;
-    // The clock offset is not yet known exactly.
-    const Stamp until = image + FromSeconds(feed_->calibration.time_offset + 0.1);
-    for (; next_ < feed_->samples.size() && feed_->samples[next_].stamp <= until; ++next_) {
-      slam.AddImu(feed_->samples[next_]);
-    }
-  }
-
- private:
-  const std::optional<ImuFeed>& feed_;
-  std::size_t next_ = 0;
-};
-
 // Frames of a recording, in the order of their stamps: a stamp far ahead of the others is a pause
 // of the recording, which may be longer than that of a live camera.
 class StampedFrames {
@@ -202,11 +183,6 @@ Map LoadMapFor(const std::filesystem::path& path, const PinholeCamera& camera,
   }
   if (!IsSameCamera(saved.camera, camera)) throw IoError(path, "is a map of another camera");
   return std::move(saved.map);
-}
-
-FrameReaderOptions RangeOf(const SlamRunOptions& options, RunProfile* profile) {
-  return {
-      .begin = options.begin, .end = options.end, .prefetch = options.prefetch, .profile = profile};
 }
 
 SlamSystem MakeSystem(const RgbdSensor& sensor, const SlamRunOptions& options,
@@ -459,6 +435,79 @@ std::size_t CountWithoutDepth(const Dataset& dataset, const SlamRunOptions& opti
   return static_cast<std::size_t>(std::ranges::count_if(dataset.stamps_without_depth(), is_in));
 }
 
+// Tracks the frames until the last one, or until a stop is requested.
+void TrackAll(const SlamRunOptions& options, const RunCallbacks& callbacks, FrameSource* reader,
+              ImuReplay* imu, GpsReplay* gps, SlamSystem* slam, RunTally* tally) {
+  StampedFrames tracked;
+  const auto stopped = [&] { return options.stop && reader->left() > 0 && options.stop(); };
+  while (const std::optional<RgbdImage> image = stopped() ? std::nullopt : reader->Next()) {
+    imu->FeedUntil(image->stamp, *slam);
+    gps->FeedUntil(image->stamp, *slam);
+    // How many wait depends on the machine, on which a deterministic run must not depend.
+    if (options.slam.threads > 0) slam->SetBacklog(reader->waiting());
+    const FrameResult result = tracked.Track(*image, *slam);
+    tally->Add(result);
+    reader->Measure(image->stamp);
+    if (callbacks.on_frame) {
+      callbacks.on_frame(result, *image, reader->position(), reader->count());
+    }
+    if (options.observer) {
+      options.observer->OnFrame(result, *image, *slam,
+                                {reader->position(), reader->count(), reader->dropped()});
+    }
+  }
+}
+
+// camera: null, or in the place of the dataset, which is empty.
+SlamRun RunOn(const Dataset& dataset, ImageSource* camera, const RgbdSensor& sensor,
+              const SlamRunOptions& options, const RunCallbacks& callbacks) {
+  const Stopwatch stopwatch;
+  RunProfile profile(!options.trace.empty());
+  const ProfiledThread caller({"tracking", &profile});
+  SlamSystem slam = MakeSystem(sensor, options, &profile);
+  const LoadedMap loaded(slam.map());
+  ImuReplay imu(options.imu, camera);
+  GpsReplay gps(options.gps, slam);
+  DenseStage mapping(slam, dataset, sensor, options, &profile);
+  SlamCallbacks followed{.on_finding = callbacks.on_finding};
+  mapping.AddTo(&followed);
+  if (options.observer) options.observer->AddTo(&followed);
+  slam.SetCallbacks(std::move(followed));
+  FrameSource reader(dataset, camera, options, &profile);
+
+  RunTally tally;
+  TrackAll(options, callbacks, &reader, &imu, &gps, &slam, &tally);
+  const std::size_t dropped = reader.dropped(), left = reader.left();
+  std::vector<LoopReport> last;
+  std::vector<std::string> failures;
+  Attempt("last adjustment", &failures, [&] { last = slam.Finish(); });
+  SlamRun run = tally.Take(loaded.First(slam.submaps(), slam.map()));
+  run.map_met = loaded.IsMet(run.largest.submap, slam.map());
+  run.failures = std::move(failures);
+  Count(last, &run.loops);
+  Count(last, &run.adjustments);
+  Record(last, &run.loop_events);
+  if (!options.imu) run.inertial.reset();
+  run.gps = gps.Summary(slam);
+  run.dropped = dropped;
+  run.times.delay = Summarize(reader.delays());
+  run.postponed = slam.postponed();
+  run.left = left;
+  run.skipped = reader.count() - run.left - run.frames - run.dropped;
+  run.without_depth = CountWithoutDepth(dataset, options);
+  run.keyframes = KeyFramesOf(run, loaded, slam.map());
+  if (callbacks.on_tracked && !run.largest.trajectory.empty()) callbacks.on_tracked(run);
+  FinishMap(sensor, options, loaded, slam, &run);
+  mapping.Complete();
+  const SensorVerdict verdict = End(std::move(slam));
+  mapping.Finish(&run);
+  run.verdict = VerdictOf(run, options, verdict, callbacks.on_finding);
+  run.seconds = stopwatch.Seconds();
+  run.processor = profile.processor_seconds();
+  SaveTrace(options, profile, &run);
+  return run;
+}
+
 }  // namespace
 
 TimingStatistics Summarize(std::vector<double> samples) {
@@ -499,67 +548,12 @@ void RequireWhole(const SlamRun& run) {
 
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const RunCallbacks& callbacks) {
-  const Stopwatch stopwatch;
-  RunProfile profile(!options.trace.empty());
-  const ProfiledThread caller({"tracking", &profile});
-  SlamSystem slam = MakeSystem(sensor, options, &profile);
-  const LoadedMap loaded(slam.map());
-  ImuReplay imu(options.imu);
-  GpsReplay gps(options.gps, slam);
-  DenseStage mapping(slam, dataset, sensor, options, &profile);
-  SlamCallbacks followed{.on_finding = callbacks.on_finding};
-  mapping.AddTo(&followed);
-  if (options.observer) options.observer->AddTo(&followed);
-  slam.SetCallbacks(std::move(followed));
-  FrameSource reader(dataset, RangeOf(options, &profile), options.live);
+  return RunOn(dataset, nullptr, sensor, options, callbacks);
+}
 
-  RunTally tally;
-  StampedFrames tracked;
-  const auto stopped = [&] { return options.stop && reader.left() > 0 && options.stop(); };
-  while (const std::optional<RgbdImage> image = stopped() ? std::nullopt : reader.Next()) {
-    imu.FeedUntil(image->stamp, slam);
-    gps.FeedUntil(image->stamp, slam);
-    slam.SetBacklog(reader.waiting());
-    const FrameResult result = tracked.Track(*image, slam);
-    tally.Add(result);
-    reader.Measure(image->stamp);
-    if (callbacks.on_frame) {
-      callbacks.on_frame(result, *image, reader.position(), reader.count());
-    }
-    if (options.observer) {
-      options.observer->OnFrame(result, *image, slam,
-                                {reader.position(), reader.count(), reader.dropped()});
-    }
-  }
-  const std::size_t dropped = reader.dropped(), left = reader.left();
-  std::vector<LoopReport> last;
-  std::vector<std::string> failures;
-  Attempt("last adjustment", &failures, [&] { last = slam.Finish(); });
-  SlamRun run = tally.Take(loaded.First(slam.submaps(), slam.map()));
-  run.map_met = loaded.IsMet(run.largest.submap, slam.map());
-  run.failures = std::move(failures);
-  Count(last, &run.loops);
-  Count(last, &run.adjustments);
-  Record(last, &run.loop_events);
-  if (!options.imu) run.inertial.reset();
-  run.gps = gps.Summary(slam);
-  run.dropped = dropped;
-  run.times.delay = Summarize(reader.delays());
-  run.postponed = slam.postponed();
-  run.left = left;
-  run.skipped = reader.count() - run.left - run.frames - run.dropped;
-  run.without_depth = CountWithoutDepth(dataset, options);
-  run.keyframes = KeyFramesOf(run, loaded, slam.map());
-  if (callbacks.on_tracked && !run.largest.trajectory.empty()) callbacks.on_tracked(run);
-  FinishMap(sensor, options, loaded, slam, &run);
-  mapping.Complete();
-  const SensorVerdict verdict = End(std::move(slam));
-  mapping.Finish(&run);
-  run.verdict = VerdictOf(run, options, verdict, callbacks.on_finding);
-  run.seconds = stopwatch.Seconds();
-  run.processor = profile.processor_seconds();
-  SaveTrace(options, profile, &run);
-  return run;
+SlamRun RunSlam(ImageSource& camera, const RgbdSensor& sensor, const SlamRunOptions& options,
+                const RunCallbacks& callbacks) {
+  return RunOn(NoDataset(), &camera, sensor, options, callbacks);
 }
 
 void ReturnFreeMemory() {

@@ -12,6 +12,7 @@
 #include <highwall/frontend/calibration/camera_calibration.h>
 #include <highwall/frontend/calibration/depth_scale.h>
 #include <highwall/frontend/input/dataset.h>
+#include <highwall/frontend/input/image_source.h>
 #include <highwall/frontend/system/slam_system.h>
 #include <highwall/internal/run_profile.h>
 #include <highwall/mapping/dense_mapper.h>
@@ -223,6 +224,10 @@ struct RunCallbacks {
 // IoError for a map that cannot be loaded or belongs to another camera. Failures after tracking,
 // and of the dense map at any time, are recorded in SlamRun::failures.
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
+                const RunCallbacks& callbacks = {});
+// The same for a camera until it ends. With SlamRunOptions::imu its readings are those of the
+// camera. The total that callbacks receive is the number of frames so far.
+SlamRun RunSlam(ImageSource& camera, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const RunCallbacks& callbacks = {});
 
 // Returns memory that was freed to the operating system. The threads of a run free it in places

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,15 @@ void RequireBetween(double value, double low, double high, const char* field) {
   HIGHWALL_REQUIRE(value > low && value < high,
                    "OctomapBuilderOptions::" + std::string(field) + " must lie between " +
                        FixedText(low) + " and " + FixedText(high) + ", is " + FixedText(value));
+}
+
+// With two bits per voxel more children are equal. They are merged in a copy, so that the map
+// keeps its log-odds.
+internal::ScanOctree MergedForTwoBits(const internal::ScanOctree& tree) {
+  internal::ScanOctree merged(tree);
+  merged.toMaxLikelihood();
+  merged.prune();
+  return merged;
 }
 
 }  // namespace
@@ -241,12 +251,13 @@ Eigen::AlignedBox3d OctomapBuilder::Bounds() const {
 }
 
 void OctomapBuilder::WriteBinary(const std::filesystem::path& path) const {
-  // With two bits per voxel more children are equal. They are merged in a copy, so that the map
-  // keeps its log-odds.
-  internal::ScanOctree merged(impl_->tree);
-  merged.toMaxLikelihood();
-  merged.prune();
-  internal::WriteBinaryTree(path, merged);
+  internal::WriteBinaryTree(path, MergedForTwoBits(impl_->tree));
+}
+
+std::string OctomapBuilder::BinaryData() const {
+  std::ostringstream data;
+  MergedForTwoBits(impl_->tree).writeBinaryData(data);
+  return std::move(data).str();
 }
 
 void OctomapBuilder::Write(const std::filesystem::path& path) const {

@@ -78,6 +78,14 @@ TEST(OctomapFile, BinaryFormatKeepsOccupiedAndFree) {
   EXPECT_EQ(Leaves(map).size(), before.size());
 }
 
+TEST(OctomapFile, BinaryDataAreTheFileAfterItsHeader) {
+  const TemporaryDirectory folder;
+  const OctomapBuilder map = RandomMap();
+  map.WriteBinary(folder / "map.bt");
+  const std::string file = testing::ReadText(folder / "map.bt"), header = "\ndata\n";
+  EXPECT_EQ(map.BinaryData(), file.substr(file.find(header) + header.size()));
+}
+
 TEST(OctomapFile, MapsGrowOnAfterReading) {
   const TemporaryDirectory folder;
   RandomMap().Write(folder / "map.ot");

@@ -7,6 +7,8 @@ namespace highwall::testing {
 extern const char* const kSourceFolder;
 extern const char* const kSharedData;  // may not exist
 extern const char* const kHighwallProgram;
+extern const char* const kHighwallRos;
+extern const char* const kRoscore;  // empty: not installed
 extern const char* const
     kDecimalComma;  // a library to be preloaded: support/decimal_comma_preload.cc
 extern const char* const kNetworkPointsExample;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -111,6 +112,8 @@ class OctomapBuilder {
   // Writes OctoMap's .bt: two bits per node, occupied or free (each voxel by the threshold). Throws
   // IoError; the old file is then kept.
   void WriteBinary(const std::filesystem::path& path) const;
+  // Returns the content of that file after its header, as a message octomap_msgs/Octomap holds it.
+  std::string BinaryData() const;
   // Writes OctoMap's .ot: full log-odds. Throws IoError; the old file is then kept.
   void Write(const std::filesystem::path& path) const;
   // Reads either format (distinguished by the first line), also of a ColorOcTree, without its
