@@ -48,8 +48,8 @@ void CameraStream::AddColour(Stamp stamp, const cv::Mat& bgr) {
 void CameraStream::AddDepth(Stamp stamp, const cv::Mat& stored) {
   RequireSize(stored);
   const double factor = stored.depth() == CV_32F ? 1.0 : options_.depth_factor;
-  Push(pairer_.AddDepth(stamp, MetricDepth(stored, factor, sensor_.inverse_depth_offset,
-                                           sensor_.depth_pattern)));
+  Push(pairer_.AddDepth(
+      stamp, MetricDepth(stored, factor, sensor_.inverse_depth_offset, sensor_.depth_pattern)));
 }
 
 void CameraStream::AddImu(const ImuSample& sample) {
@@ -77,9 +77,7 @@ std::optional<RgbdImage> CameraStream::Next() {
 void CameraStream::WaitForImu(Stamp image) {
   const Stamp until = image + FromSeconds(imu_time_offset_ + *options_.imu_lead);
   std::unique_lock lock(mutex_);
-  const auto is_there = [&] {
-    return closed_ || imu_silent_ || (newest_ && *newest_ >= until);
-  };
+  const auto is_there = [&] { return closed_ || imu_silent_ || (newest_ && *newest_ >= until); };
   if (!changed_.wait_for(lock, kImuTimeout, is_there)) imu_silent_ = true;
 }
 

@@ -163,8 +163,7 @@ CameraInfo CameraOf(const sensor_msgs::CameraInfo& message, bool rectified) {
       camera.lens = LensModel::kEquidistant;
       SetLens(message.D, {&C::k1, &C::k2, &C::k3, &C::k4}, &camera);
     } else if (model.empty() || model == "plumb_bob" || model == "rational_polynomial") {
-      SetLens(message.D,
-              {&C::k1, &C::k2, &C::p1, &C::p2, &C::k3, &C::k4, &C::k5, &C::k6}, &camera);
+      SetLens(message.D, {&C::k1, &C::k2, &C::p1, &C::p2, &C::k3, &C::k4, &C::k5, &C::k6}, &camera);
     } else if (std::any_of(message.D.begin(), message.D.end(), [](double k) { return k != 0.0; })) {
       throw InvalidArgument("camera_info has the lens model " + model +
                             ": use plumb_bob, rational_polynomial or equidistant");
@@ -217,7 +216,7 @@ sensor_msgs::PointCloud2 ToRos(const std::vector<ColouredPoint>& points,
   sensor_msgs::PointCloud2Iterator<float> p(message, "x");
   sensor_msgs::PointCloud2Iterator<std::uint8_t> rgb(message, "rgb");  // b, g, r in memory
   for (const ColouredPoint& point : points) {
-    for (int i = 0; i < 3; ++i) p[i] = point.p[i];
+    for (std::size_t i = 0; i < 3; ++i) p[i] = point.p[static_cast<Eigen::Index>(i)];
     rgb[0] = point.blue;
     rgb[1] = point.green;
     rgb[2] = point.red;

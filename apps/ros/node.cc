@@ -70,10 +70,10 @@ ResolvedConfig ConfigOf(const NodeOptions& options, const CameraInfo& info) {
   constexpr double kSame = 2.0;  // [px]
   if (own.width != sent.width || own.height != sent.height || std::abs(own.fx - sent.fx) > kSame ||
       std::abs(own.cx - sent.cx) > kSame || std::abs(own.cy - sent.cy) > kSame) {
-    Print(fmt::format("warning: camera_info has {} x {} pixels and fx {:.1f}, {} has {} x {} and "
-                      "{:.1f}, which is used",
-                      sent.width, sent.height, sent.fx, resolved.origin, own.width, own.height,
-                      own.fx));
+    Print(fmt::format(
+        "warning: camera_info has {} x {} pixels and fx {:.1f}, {} has {} x {} and "
+        "{:.1f}, which is used",
+        sent.width, sent.height, sent.fx, resolved.origin, own.width, own.height, own.fx));
   }
   return resolved;
 }
@@ -90,8 +90,7 @@ class NodeRun {
 
  private:
   SlamRunOptions MakeRunOptions(const fs::path& folder, const RunConfig& config) const;
-  std::shared_ptr<RunPublisher> MakePublisher(const SlamRunOptions& run,
-                                              const CameraStream& stream,
+  std::shared_ptr<RunPublisher> MakePublisher(const SlamRunOptions& run, const CameraStream& stream,
                                               const RunConfig& config) const;
   int Write(const SlamRun& run, const SlamRunOptions& options, const std::string& origin,
             RunOutput& output) const;
@@ -149,23 +148,20 @@ int NodeRun::Run(const fs::path& folder, const std::function<bool()>& ended) {
   RunOutput output(folder, arguments.save_map, arguments.load_map);
   inlet_.Connect(stream, publisher, arguments.localize);
   link_.Receive();
-  const std::string doing = fmt::format("{} with {}, {}, into {}",
-                                        arguments.localize ? "localizing" : "mapping",
-                                        resolved.origin,
-                                        run_options.imu ? "with the IMU" : "by images alone",
-                                        folder.string());
+  const std::string doing = fmt::format(
+      "{} with {}, {}, into {}", arguments.localize ? "localizing" : "mapping", resolved.origin,
+      run_options.imu ? "with the IMU" : "by images alone", folder.string());
   Print(doing);
   link_.PublishState(0, {.message = "waiting for images: " + doing, .values = {}});
   SlamRun run;
   {
     const Watch watch(ended, [this] { inlet_.Close(); });
-    run = RunSlam(*stream, sensor, run_options,
-                  {.on_frame = [&](const FrameResult& result, const RgbdImage&, std::size_t,
-                                   std::size_t) { output.Follow(result); },
-                   .on_tracked = [&](const SlamRun& tracked) { output.WriteTrajectories(tracked); },
-                   .on_finding = [](const SensorFinding& finding) {
-                     Print("warning: " + Line(finding));
-                   }});
+    run = RunSlam(
+        *stream, sensor, run_options,
+        {.on_frame = [&](const FrameResult& result, const RgbdImage&, std::size_t,
+                         std::size_t) { output.Follow(result); },
+         .on_tracked = [&](const SlamRun& tracked) { output.WriteTrajectories(tracked); },
+         .on_finding = [](const SensorFinding& finding) { Print("warning: " + Line(finding)); }});
   }
   inlet_.Connect(nullptr, nullptr, false);
   publisher->Finish(run);

@@ -13,9 +13,9 @@ namespace highwall::apps {
 
 struct OctomapMessage {
   std_msgs::Header header;
-  std::uint8_t binary = 1;     // only free or occupied
-  std::string id = "OcTree";   // the class of the tree
-  double resolution = 0.0;     // [m]
+  std::uint8_t binary = 1;    // only free or occupied
+  std::string id = "OcTree";  // the class of the tree
+  double resolution = 0.0;    // [m]
   std::vector<std::int8_t> data;
 };
 

@@ -17,8 +17,8 @@ class RosListener {
   RosListener& operator=(const RosListener&) = delete;
 
   virtual void OnCamera(const CameraInfo& info) = 0;
-  virtual void OnColour(Stamp stamp, const cv::Mat& bgr) = 0;     // CV_8UC3
-  virtual void OnDepth(Stamp stamp, const cv::Mat& stored) = 0;   // CV_16UC1 or CV_32FC1
+  virtual void OnColour(Stamp stamp, const cv::Mat& bgr) = 0;    // CV_8UC3
+  virtual void OnDepth(Stamp stamp, const cv::Mat& stored) = 0;  // CV_16UC1 or CV_32FC1
   virtual void OnImu(Stamp stamp, const Eigen::Vector3d& gyroscope,
                      const Eigen::Vector3d& accelerometer) = 0;
   // An image that cannot be used, and the reason.

@@ -13,10 +13,10 @@
 namespace highwall::apps {
 namespace {
 
-constexpr std::size_t kMostPoses = 5'000;             // of the path
-constexpr std::size_t kMostPoints = 300'000;          // of the cloud
-constexpr std::size_t kPointsOfAKeyframe = 1'500;     // at most
-constexpr Stamp kStateInterval = 1'000'000'000;       // [ns] at most, between two states
+constexpr std::size_t kMostPoses = 5'000;          // of the path
+constexpr std::size_t kMostPoints = 300'000;       // of the cloud
+constexpr std::size_t kPointsOfAKeyframe = 1'500;  // at most
+constexpr Stamp kStateInterval = 1'000'000'000;    // [ns] at most, between two states
 constexpr std::chrono::seconds kSaveTimeout(10);
 
 std::chrono::nanoseconds Nanoseconds(double seconds) {
@@ -108,16 +108,17 @@ void RunPublisher::PublishState(const FrameResult& result, const SlamSystem& sla
     state.level = StateLevel::kWarning;
   }
   const Map& map = slam.map();
-  state.values = {{"frames", std::to_string(position.done)},
-                  {"dropped", std::to_string(position.dropped)},
-                  {"without depth", std::to_string(stream_.unpaired())},
-                  {"out of order", std::to_string(stream_.out_of_order())},
-                  {"matched points", std::to_string(result.matched_points)},
-                  {"matched lines", std::to_string(result.matched_lines)},
-                  {"unobservable directions", std::to_string(result.unobservable_directions.size())},
-                  {"keyframes", std::to_string(map.num_keyframes())},
-                  {"submaps", std::to_string(map.roots().size())},
-                  {"frame [ms]", fmt::format("{:.1f}", result.times.total)}};
+  state.values = {
+      {"frames", std::to_string(position.done)},
+      {"dropped", std::to_string(position.dropped)},
+      {"without depth", std::to_string(stream_.unpaired())},
+      {"out of order", std::to_string(stream_.out_of_order())},
+      {"matched points", std::to_string(result.matched_points)},
+      {"matched lines", std::to_string(result.matched_lines)},
+      {"unobservable directions", std::to_string(result.unobservable_directions.size())},
+      {"keyframes", std::to_string(map.num_keyframes())},
+      {"submaps", std::to_string(map.roots().size())},
+      {"frame [ms]", fmt::format("{:.1f}", result.times.total)}};
   if (result.inertial) {
     state.values.emplace_back("imu", ToString(result.inertial->status));
     state.values.emplace_back("weight of the imu", fmt::format("{:.2f}", result.inertial->weight));
@@ -185,8 +186,8 @@ void RunPublisher::OnOctree(std::int32_t world, const OctomapBuilder& octree) {
     const double ground = FloorHeight(octree).value_or(0.0);
     const OccupancyGrid grid = ProjectToGrid(octree, {.ground_height = ground});
     if (grid.cells.empty()) return;
-    PublishGrid(grid, Pose(Eigen::Quaterniond::Identity(),
-                           {grid.origin_G.x(), grid.origin_G.y(), ground}));
+    PublishGrid(
+        grid, Pose(Eigen::Quaterniond::Identity(), {grid.origin_G.x(), grid.origin_G.y(), ground}));
   });
 }
 

@@ -28,9 +28,9 @@ namespace highwall::apps {
 
 struct RunPublisherOptions {
   RgbdSensor sensor;
-  Pose T_BC;                  // the images' frame in the base frame
-  std::string base;           // its name
-  Pose T_IC;                  // the camera on the IMU
+  Pose T_BC;         // the images' frame in the base frame
+  std::string base;  // its name
+  Pose T_IC;         // the camera on the IMU
   AssumedNoise noise;
   double period = 1.0;        // [s] > 0 between two publications of path, cloud, octree and grid
   double max_depth = 6.0;     // [m] > 0 of the points of the cloud
@@ -61,8 +61,7 @@ class RunPublisher final : public RunObserver {
   };
 
   void PublishFrame(const FrameResult& result, const Pose& T_OB);
-  void PublishState(const FrameResult& result, const SlamSystem& slam,
-                    const RunPosition& position);
+  void PublishState(const FrameResult& result, const SlamSystem& slam, const RunPosition& position);
   void PublishPath(const Trajectory& T_WC) const;
   void PublishCloud();
   void PublishGrid(const OccupancyGrid& grid, const Pose& T_WG) const;

@@ -10,10 +10,8 @@ FrameSource::FrameSource(const Dataset& dataset, ImageSource* camera, const Slam
                          RunProfile* profile)
     : profile_(profile), camera_(camera) {
   if (camera_ != nullptr) return;
-  const FrameReaderOptions range{.begin = options.begin,
-                                 .end = options.end,
-                                 .prefetch = options.prefetch,
-                                 .profile = profile};
+  const FrameReaderOptions range{
+      .begin = options.begin, .end = options.end, .prefetch = options.prefetch, .profile = profile};
   if (options.live) {
     live_.emplace(dataset, range);
   } else {
