@@ -216,7 +216,7 @@ sensor_msgs::PointCloud2 ToRos(const std::vector<ColouredPoint>& points,
   sensor_msgs::PointCloud2Iterator<float> p(message, "x");
   sensor_msgs::PointCloud2Iterator<std::uint8_t> rgb(message, "rgb");  // b, g, r in memory
   for (const ColouredPoint& point : points) {
-    for (int i = 0; i < 3; ++i) p[i] = point.p[i];
+    for (std::size_t i = 0; i < 3; ++i) p[i] = point.p[static_cast<Eigen::Index>(i)];
     rgb[0] = point.blue;
     rgb[1] = point.green;
     rgb[2] = point.red;

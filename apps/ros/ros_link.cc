@@ -13,6 +13,7 @@
 #include <array>
 #include <charconv>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -109,8 +110,8 @@ struct RosLink::Impl {
   ros::Publisher pose, odometry, state, path, cloud, octree, grid;
   tf2_ros::TransformBroadcaster broadcaster;
   tf2_ros::Buffer transforms{ros::Duration(kTfSeconds)};
-  std::optional<tf2_ros::TransformListener> transform_listener;
-  std::optional<ros::AsyncSpinner> receiving, serving;
+  std::unique_ptr<tf2_ros::TransformListener> transform_listener;
+  std::unique_ptr<ros::AsyncSpinner> receiving, serving;
 };
 
 void RosLink::Impl::SubscribeToCamera() {
@@ -202,11 +203,13 @@ void RosLink::Start(const RosLinkOptions& options, RosListener& listener) {
   impl_->listener = &listener;
   impl_->AdvertiseTopics();
   impl_->AdvertiseServices();
-  if (!options.frames.base.empty()) impl_->transform_listener.emplace(impl_->transforms);
+  if (!options.frames.base.empty()) {
+    impl_->transform_listener = std::make_unique<tf2_ros::TransformListener>(impl_->transforms);
+  }
   impl_->SubscribeToCamera();
-  impl_->receiving.emplace(1);
+  impl_->receiving = std::make_unique<ros::AsyncSpinner>(1);
   impl_->receiving->start();
-  impl_->serving.emplace(1, &impl_->requests);
+  impl_->serving = std::make_unique<ros::AsyncSpinner>(1, &impl_->requests);
   impl_->serving->start();
 }
 

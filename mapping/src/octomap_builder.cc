@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -255,9 +254,9 @@ void OctomapBuilder::WriteBinary(const std::filesystem::path& path) const {
 }
 
 std::string OctomapBuilder::BinaryData() const {
-  std::ostringstream data;
+  TextWriter data;
   MergedForTwoBits(impl_->tree).writeBinaryData(data);
-  return std::move(data).str();
+  return data.str();
 }
 
 void OctomapBuilder::Write(const std::filesystem::path& path) const {

@@ -130,15 +130,16 @@ TEST(RosConversions, AnOctreeIsTheMessageThatOctomapDefines) {
   apps::OctomapMessage message = ToRos(apps::OctreeMessage{0.05, {1, -2, 3}}, {});
   message.header.frame_id = "map";
   EXPECT_STREQ(ros::message_traits::datatype(message), "octomap_msgs/Octomap");
-  // Of "std_msgs/Header's checksum header\\nbool binary\\nstring id\\nfloat64 resolution\\nint8[] data".
+  // Of "std_msgs/Header's checksum header\\nbool binary\\nstring id\\nfloat64 resolution\\nint8[]
+  // data".
   EXPECT_STREQ(ros::message_traits::md5sum(message), "9a45536b45c5e409cd49f04bb2d9999f");
   // Header of 4 + 8 + 4 + 3 bytes, then 1, 4 + 6, 8 and 4 + 3.
   EXPECT_EQ(ros::serialization::serializationLength(message), 19u + 1u + 10u + 8u + 7u);
 }
 
 TEST(RosConversions, StatesHaveALevelAndValues) {
-  const auto message = ToRos(apps::StateReport{apps::StateLevel::kError, "lost: dark", {{"a", "b"}}},
-                             std_msgs::Header());
+  const auto message = ToRos(
+      apps::StateReport{apps::StateLevel::kError, "lost: dark", {{"a", "b"}}}, std_msgs::Header());
   ASSERT_EQ(message.status.size(), 1u);
   EXPECT_EQ(message.status[0].level, diagnostic_msgs::DiagnosticStatus::ERROR);
   EXPECT_EQ(message.status[0].message, "lost: dark");

@@ -1,5 +1,5 @@
-// highwall_ros as a robot uses it: with a master on the loopback address, and a camera that does not
-// wait.
+// highwall_ros as a robot uses it: with a master on the loopback address, and a camera that does
+// not wait.
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <signal.h>
@@ -71,8 +71,8 @@ class RosNode : public ::testing::Test {
       ::setenv(name, value.c_str(), 1);
     }
     ::unsetenv("ROS_HOSTNAME");
-    master_ = std::make_unique<BackgroundProgram>(
-        testing::kRoscore, std::vector<std::string>{"-p", port});
+    master_ = std::make_unique<BackgroundProgram>(testing::kRoscore,
+                                                  std::vector<std::string>{"-p", port});
     simulate::SimulationOptions options;
     options.camera = {
         .width = 320, .height = 240, .fx = 262.5, .fy = 262.5, .cx = 159.5, .cy = 119.5};

@@ -100,11 +100,11 @@ void RosPeer::Impl::HearAll() {
       poses[apps::FromRos(transform.header.stamp)] = apps::FromRos(transform.transform);
     }
   });
-  Hear<diagnostic_msgs::DiagnosticArray>(
-      "/diagnostics", [this](const diagnostic_msgs::DiagnosticArray& message) {
-        ++heard.states;
-        heard.state = message.status.at(0).message;
-      });
+  Hear<diagnostic_msgs::DiagnosticArray>("/diagnostics",
+                                         [this](const diagnostic_msgs::DiagnosticArray& message) {
+                                           ++heard.states;
+                                           heard.state = message.status.at(0).message;
+                                         });
   Hear<nav_msgs::Path>("highwall/path", [this](const nav_msgs::Path& message) {
     ++heard.paths;
     heard.path_poses = message.poses.size();
