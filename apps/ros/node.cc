@@ -92,7 +92,7 @@ class NodeRun {
   SlamRunOptions MakeRunOptions(const fs::path& folder, const RunConfig& config) const;
   std::shared_ptr<RunPublisher> MakePublisher(const SlamRunOptions& run, const CameraStream& stream,
                                               const RunConfig& config) const;
-  int Write(const SlamRun& run, const SlamRunOptions& options, const std::string& origin,
+  int Write(const SlamRun& run, const SlamRunOptions& options, const ResolvedConfig& resolved,
             RunOutput& output) const;
 
   RosLink& link_;
@@ -165,19 +165,19 @@ int NodeRun::Run(const fs::path& folder, const std::function<bool()>& ended) {
   }
   inlet_.Connect(nullptr, nullptr, false);
   publisher->Finish(run);
-  return Write(run, run_options, resolved.origin, output);
+  return Write(run, run_options, resolved, output);
 }
 
-int NodeRun::Write(const SlamRun& run, const SlamRunOptions& options, const std::string& origin,
-                   RunOutput& output) const {
+int NodeRun::Write(const SlamRun& run, const SlamRunOptions& options,
+                   const ResolvedConfig& resolved, RunOutput& output) const {
   Print(fmt::format("{} images, {} lost, {} dropped", run.frames, run.lost.size(), run.dropped));
   if (run.largest.trajectory.empty()) {
     Print("no image had a pose, and nothing is written");
     return run.frames == 0 ? kExitOk : kExitData;
   }
-  nlohmann::json report = RunJson(run, options, "", origin);
+  nlohmann::json report = RunJson(run, options, "", resolved.origin);
   report["max_pair_difference_s"] = options_.camera.max_stamp_difference;
-  report["depth_noise"] = ToJson(ConfigOf(options_, info_).config.sensor.depth_noise);
+  report["depth_noise"] = ToJson(resolved.config.sensor.depth_noise);
   report["settings"] = ChangedSettings(options.slam);
   report["ros"] = true;
   output.WriteRest(run, report);
