@@ -20,8 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Tolerance for a pose that was written and read back; poses of another session differ more.
-constexpr double kSamePose = 1e-3;  // [m], and [rad]
+// Tolerance for the pose of a keyframe's frame, which is smoothed; those of another session differ
+// more.
+constexpr double kSamePose = 0.02;  // [m], and [rad]
 
 // Returns the map of a run: the one in its folder, otherwise the one saved by --save-map.
 fs::path MapOfRun(const fs::path& folder, const nlohmann::json& report) {
@@ -162,8 +163,7 @@ std::vector<AnchoredFrame> AnchorFrames(const Trajectory& frames, const Map& map
                                                        stamp_of(*nearest) - frame.stamp)) {
       --nearest;
     }
-    anchored.push_back(
-        {frame.stamp, {nearest->keyframe, nearest->frame->pose.Inverse() * frame.pose}});
+    anchored.push_back({frame.stamp, AnchoredPose::At(map, nearest->keyframe, frame.pose)});
   }
   return anchored;
 }

@@ -45,8 +45,8 @@ nlohmann::json ReadReport(const std::filesystem::path& folder);
 FinishedRun ReadFinishedRun(const std::filesystem::path& path);
 
 // Anchors the frames of one world to the keyframes of the map that are nearest in time (the earlier
-// of two). Among keyframes with the stamp of a frame, the one with the same pose is the frame
-// itself: a map may contain keyframes of other sessions. Empty if there is no keyframe.
+// of two). Among keyframes with the stamp of a frame, the one with nearly the same pose is the
+// frame itself: a map may contain keyframes of other sessions. Empty if there is no keyframe.
 std::vector<AnchoredFrame> AnchorFrames(const Trajectory& frames, const Map& map);
 
 }  // namespace highwall::apps
