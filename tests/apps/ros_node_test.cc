@@ -1,10 +1,6 @@
 // highwall_ros as a robot uses it: with a master on the loopback address, and a camera that does
 // not wait.
-#include <arpa/inet.h>
-#include <netinet/in.h>
 #include <signal.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
@@ -30,6 +26,7 @@
 #include "ros_peer.h"
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
+#include "support/free_port.h"
 #include "support/run_program.h"
 #include "support/test_paths.h"
 
@@ -45,23 +42,10 @@ constexpr double kFps = 10.0;
 constexpr int kFrames = 40;
 constexpr double kSame = 1e-3;  // [m]
 
-// Returns a port that was free a moment ago.
-int FreePortForMaster() {
-  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  ::bind(socket, reinterpret_cast<const sockaddr*>(&address), size);
-  ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size);
-  ::close(socket);
-  return ntohs(address.sin_port);
-}
-
 class RosNode : public ::testing::Test {
  protected:
   RosNode() {
-    const std::string port = std::to_string(FreePortForMaster());
+    const std::string port = std::to_string(testing::FreePort());
     const std::string folder = (folder_ / "ros").string();
     for (const auto& [name, value] :
          {std::pair<const char*, std::string>{"ROS_MASTER_URI", "http://127.0.0.1:" + port},

@@ -1,8 +1,4 @@
 // `highwall slam --view` as a user sees it: by HTTP, and in Debian's chromium.
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -18,6 +14,7 @@
 
 #include "report/html_report.h"
 #include "support/browser.h"
+#include "support/free_port.h"
 #include "support/run_program.h"
 #include "support/small_room.h"
 #include "support/test_paths.h"
@@ -34,22 +31,9 @@ using testing::ReadText;
 
 constexpr int kFrames = 60;
 
-// Returns a port that was free a moment ago.
-int FreePort() {
-  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  ::bind(socket, reinterpret_cast<const sockaddr*>(&address), size);
-  ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size);
-  ::close(socket);
-  return ntohs(address.sin_port);
-}
-
 class ViewOfARun : public ::testing::Test {
  protected:
-  ViewOfARun() : port_(FreePort()), client_("127.0.0.1", port_) {
+  ViewOfARun() : port_(testing::FreePort()), client_("127.0.0.1", port_) {
     testing::WriteSmallRoom(folder_ / "dataset", kFrames);
     client_.set_read_timeout(60);
   }
