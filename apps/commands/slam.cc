@@ -360,6 +360,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
   }
   RunOutput output(arguments.out, arguments.save_map, arguments.load_map);
+  if (arguments.covariances) output.KeepCovariances();
   if (!arguments.localize) options.keep_map = std::filesystem::path(arguments.out) / kMapFile;
   const StopSignals signals;
   const std::unique_ptr<LiveView> view = OpenView(arguments, sensor, options, signals);

@@ -270,6 +270,21 @@ void BindResults(py::module_& module) {
             return frame.T_WC;
           },
           "Causal estimate; None without a pose.")
+      .def_property_readonly(
+          "covariance",
+          [](const FrameResult& frame) -> std::optional<Eigen::Matrix<double, 6, 6>> {
+            if (!frame.uncertainty) return std::nullopt;
+            return frame.uncertainty->in_map;
+          },
+          "Of T_WC, 6 x 6: translation [m], then rotation [rad], both along the axes of C; None "
+          "without a pose.")
+      .def_property_readonly(
+          "covariance_in_keyframe",
+          [](const FrameResult& frame) -> std::optional<Eigen::Matrix<double, 6, 6>> {
+            if (!frame.uncertainty) return std::nullopt;
+            return frame.uncertainty->in_keyframe;
+          },
+          "The same of the pose relative to the keyframe that shares most landmarks with it.")
       .def_readonly("relocalized", &FrameResult::relocalized)
       .def_property_readonly("is_keyframe",
                              [](const FrameResult& frame) { return frame.mapping.has_value(); })

@@ -123,8 +123,6 @@ std::shared_ptr<RunPublisher> NodeRun::MakePublisher(const SlamRunOptions& run,
       RunPublisherOptions{.sensor = config.sensor,
                           .T_BC = T_BC_,
                           .base = base.empty() ? info_.frame : base,
-                          .T_IC = run.imu ? run.imu->calibration.T_BC : Pose(),
-                          .noise = options_.noise,
                           .period = options_.publish_period,
                           .max_depth = std::min(run.map.cloud.max_depth, config.sensor.max_depth),
                           .map = run.keep_map});
@@ -146,6 +144,7 @@ int NodeRun::Run(const fs::path& folder, const std::function<bool()>& ended) {
   const auto publisher = MakePublisher(run_options, *stream, resolved.config);
   run_options.observer = publisher.get();
   RunOutput output(folder, arguments.save_map, arguments.load_map);
+  if (arguments.covariances) output.KeepCovariances();
   inlet_.Connect(stream, publisher, arguments.localize);
   link_.Receive();
   const std::string doing = fmt::format(

@@ -87,8 +87,7 @@ std::map<std::string, Reader> Readers(NodeOptions* options) {
       {"map_frame", Text(&frames->map)},
       {"odom_frame", Text(&frames->odom)},
       {"base_frame", Text(&frames->base)},
-      {"position_sigma", Number(&options->noise.position, 0.0, 100.0)},
-      {"rotation_sigma", Number(&options->noise.rotation, 0.0, 10.0)},
+      {"covariances", Flag(&slam->covariances)},
       {"publish_period", Number(&options->publish_period, 0.0, 3600.0)},
   };
 }

@@ -3,7 +3,6 @@
 #include <string>
 
 #include "ros/camera_stream.h"
-#include "ros/pose_covariance.h"
 #include "ros/ros_link.h"
 #include "ros/ros_types.h"
 #include "run/slam_arguments.h"
@@ -17,7 +16,6 @@ struct NodeOptions {
   CameraStreamOptions camera;
   double imu_lead = 0.05;  // [s]: CameraStreamOptions::imu_lead with an IMU
   RosLinkOptions link;
-  AssumedNoise noise;
   double publish_period = 1.0;  // [s] RunPublisherOptions::period
 };
 

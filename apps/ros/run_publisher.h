@@ -28,10 +28,8 @@ namespace highwall::apps {
 
 struct RunPublisherOptions {
   RgbdSensor sensor;
-  Pose T_BC;         // the images' frame in the base frame
-  std::string base;  // its name
-  Pose T_IC;         // the camera on the IMU
-  AssumedNoise noise;
+  Pose T_BC;                  // the images' frame in the base frame
+  std::string base;           // its name
   double period = 1.0;        // [s] > 0 between two publications of path, cloud, octree and grid
   double max_depth = 6.0;     // [m] > 0 of the points of the cloud
   std::filesystem::path map;  // of the service that saves; empty: nothing can be saved

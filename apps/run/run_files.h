@@ -19,6 +19,7 @@ std::size_t FirstPlace(const nlohmann::json& report);
 inline constexpr const char* kReportFile = "run.json";
 inline constexpr const char* kTrajectoryFile = "trajectory.txt";
 inline constexpr const char* kCausalFile = "trajectory_causal.txt";
+inline constexpr const char* kCovariancesFile = "covariances_causal.txt";
 inline constexpr const char* kAdjustedFile = "trajectory_adjusted.txt";
 inline constexpr const char* kKeyframesFile = "keyframes.txt";
 inline constexpr const char* kCloudFile = "cloud.ply";

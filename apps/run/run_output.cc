@@ -63,9 +63,10 @@ bool IsOfRun(const std::string& file) {
 // Removes the results of an earlier run, including those of other submaps.
 void RemoveResults(const std::filesystem::path& folder,
                    std::span<const std::filesystem::path> kept) {
-  std::vector<const char*> names = {kReportFile,    kTrajectoryFile, kCausalFile, kAdjustedFile,
-                                    kKeyframesFile, kCloudFile,      kOctreeFile, kGrid,
-                                    kGridImage,     kSparseMapFile,  kImuPlot,    kReportPage};
+  std::vector<const char*> names = {
+      kReportFile, kTrajectoryFile, kCausalFile, kCovariancesFile, kAdjustedFile,  kKeyframesFile,
+      kCloudFile,  kOctreeFile,     kGrid,       kGridImage,       kSparseMapFile, kImuPlot,
+      kReportPage};
   for (const MapPicture& picture : kMapPictures) names.push_back(picture.file);
   for (const char* const name : names) RemoveStale(folder / name);
   const std::filesystem::path map = folder / kMapFile;
@@ -152,6 +153,7 @@ void RunOutput::Begin() {
   BeginFolder(directory_, std::array{saved_map_, loaded_map_});
   OpenLog(kCausalFile, causal_);
   OpenLog(kKeyframesFile, keyframes_);
+  if (keeps_covariances_) Attempt([&] { covariances_.emplace(directory_ / kCovariancesFile); });
   begun_ = true;
 }
 
@@ -174,6 +176,14 @@ void RunOutput::Follow(const FrameResult& result) {
     Begin();
     logged_ = result.submap;
   }
+  if (covariances_) {
+    Attempt([&] {
+      // Gone if it throws: a file with a gap would mislead.
+      std::optional<CovarianceLog> log = std::exchange(covariances_, std::nullopt);
+      log->Append(result.stamp, result.uncertainty->in_map);
+      covariances_ = std::move(log);
+    });
+  }
   if (result.submap != logged_) return;  // another world
   const StampedPose pose{result.stamp, result.T_WC};
   Append(pose, causal_);
@@ -190,6 +200,7 @@ void RunOutput::Attempt(const std::function<void()>& write) {
 
 void RunOutput::WriteTrajectories(const SlamRun& run) {
   keyframes_.reset();
+  covariances_.reset();
   const std::size_t first = FirstPlace(run);
   const bool logged = causal_ && run.largest.submap == logged_ && logged_place_ == first;
   causal_.reset();

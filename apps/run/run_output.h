@@ -11,6 +11,7 @@
 
 #include <highwall/core/trajectory_log.h>
 
+#include "run/covariance_log.h"
 #include "run/run_files.h"
 #include "run/slam_run.h"
 
@@ -37,6 +38,10 @@ class RunOutput {
   // saved_map: not removed if they are in the folder.
   explicit RunOutput(std::filesystem::path directory, std::filesystem::path saved_map = {},
                      std::filesystem::path loaded_map = {});
+
+  // Call before the first frame: Follow() then writes covariances_causal.txt as well, of all frames
+  // with a pose.
+  void KeepCovariances() { keeps_covariances_ = true; }
 
   // Appends to trajectory_causal.txt and keyframes.txt if the frame is in the world of the first
   // pose; if that is not the loaded one, to those of the second place. Throws IoError if a folder
@@ -65,6 +70,8 @@ class RunOutput {
 
   std::filesystem::path directory_, saved_map_, loaded_map_;
   bool begun_ = false;
+  bool keeps_covariances_ = false;
+  std::optional<CovarianceLog> covariances_;
   std::optional<TrajectoryLog> causal_, keyframes_;  // empty: not open, or could not be written
   SubmapId logged_ = kNoId;                          // submap whose frames they contain
   std::size_t logged_place_ = 0;                     // in their names

@@ -66,6 +66,9 @@ void AddOutputOptions(CLI::App* command, SlamArguments* arguments) {
                    "Write the stages of each thread to this file, for chrome://tracing and "
                    "ui.perfetto.dev")
       ->check(NotEmpty());
+  command->add_flag("--covariances", arguments->covariances,
+                    "Write covariances_causal.txt too: how uncertain each pose was when its frame "
+                    "was tracked");
   command->add_flag("--report", arguments->report,
                     "Write report.html too: the run on one page, for any browser");
   CLI::Option* view =

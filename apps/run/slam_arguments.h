@@ -39,6 +39,7 @@ struct SlamArguments {
   bool no_loops = false;
   bool adjust_all = false;
   bool localize = false;
+  bool covariances = false;
   bool json = false;
   bool report = false;
   std::string view;  // port of the live view; empty: none

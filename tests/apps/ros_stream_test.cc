@@ -1,6 +1,5 @@
 // What highwall_ros makes of images and readings that arrive, and of its parameters.
 #include <cmath>
-#include <limits>
 #include <string>
 #include <thread>
 #include <vector>
@@ -158,29 +157,24 @@ TEST(NodeOptions, FaultsAreNamed) {
   EXPECT_THROW(ReadNodeOptions({{"out", "run"}, {"sensor", "none"}}), InvalidArgument);
 }
 
-TEST(CovarianceOfAPose, GrowsAlongUnobservableDirections) {
-  FrameResult result;
-  result.T_WC = Pose(Eigen::Quaterniond(std::sqrt(0.5), 0.0, 0.0, std::sqrt(0.5)), {1, 2, 3});
-  const apps::AssumedNoise noise{.position = 0.02, .rotation = 0.01};
-  EXPECT_NEAR(apps::CovarianceOf(result, Pose(), noise)(0, 0), 4e-4, 1e-12);
-  result.unobservable_directions.push_back(
-      {{1, 0, 0}, {0, 0, 0}, std::numeric_limits<double>::infinity()});
-  const apps::PoseCovariance open = apps::CovarianceOf(result, Pose(), noise);
-  EXPECT_NEAR(open(0, 0), 4e-4, 1e-9);
-  EXPECT_GT(open(1, 1), 1e3) << "x of the camera is y of the world";
+TEST(CovarianceOfAPose, TurnsFromTheAxesOfTheCameraToThoseOfTheWorld) {
+  PoseUncertainty uncertainty;
+  uncertainty.in_map(0, 0) = 4e-4;
+  uncertainty.in_map(3, 3) = 1e-6;
+  // x of the camera is y of the world.
+  const Pose T_WC(Eigen::Quaterniond(std::sqrt(0.5), 0.0, 0.0, std::sqrt(0.5)), {1, 2, 3});
+  const apps::PoseCovariance covariance = apps::InWorld(uncertainty, T_WC);
+  EXPECT_NEAR(covariance(0, 0), 0.0, 1e-18);
+  EXPECT_NEAR(covariance(1, 1), 4e-4, 1e-18);
+  EXPECT_NEAR(covariance(4, 4), 1e-6, 1e-18);
 }
 
-TEST(CovarianceOfAPose, IsThatOfTheSmootherWithAnImu) {
-  FrameResult result;
-  InertialEstimate estimate;
-  estimate.covariance *= 1e-6;
-  result.inertial.emplace().estimate = estimate;
-  const Pose T_BC(Eigen::Quaterniond::Identity(), {0.0, 0.0, 2.0});
-  const apps::PoseCovariance covariance = apps::CovarianceOf(result, T_BC, {});
-  // The rotation of the IMU moves a camera two metres away.
-  EXPECT_NEAR(covariance(0, 0), 5e-6, 1e-12);
-  EXPECT_NEAR(covariance(2, 2), 1e-6, 1e-12);
-  EXPECT_NEAR(covariance(0, 4), 2e-6, 1e-12);
+TEST(CovarianceOfAPose, ARotationMovesAnotherPointOfTheBody) {
+  const apps::PoseCovariance identity = 1e-6 * apps::PoseCovariance::Identity();
+  const apps::PoseCovariance covariance = apps::MovedBy({0.0, 0.0, 2.0}, identity);
+  EXPECT_NEAR(covariance(0, 0), 5e-6, 1e-18);
+  EXPECT_NEAR(covariance(2, 2), 1e-6, 1e-18);
+  EXPECT_NEAR(covariance(0, 4), 2e-6, 1e-18);
 }
 
 }  // namespace

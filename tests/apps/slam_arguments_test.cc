@@ -125,6 +125,7 @@ std::vector<Case> Cases() {
        [](O o) { return o.slam.localize_only && !o.slam.loops.enabled && !o.dense; }},
       {"--trace a", json::object(), [](O o) { return o.trace == "a"; }},
       {"--json", json::object(), [](O) { return true; }},
+      {"--covariances", json::object(), [](O) { return true; }},
       {"--report", json::object(), [](O) { return true; }},
       {"--view", json::object(), [](O o) { return o.observer == nullptr; }},
       {"--view=0 --view-address 0.0.0.0", json::object(), [](O) { return true; }},

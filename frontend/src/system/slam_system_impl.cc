@@ -17,6 +17,7 @@
 #include <highwall/internal/stage_timer.h>
 
 #include "features/row_times.h"
+#include "inertial/inertial_prior.h"
 #include "input/depth_unit.h"
 #include "map/covisibility.h"
 #include "pose/support.h"
@@ -35,6 +36,20 @@ std::vector<bool> Assigned(const Ids& ids) {
   std::vector<bool> assigned(ids.size());
   for (std::size_t i = 0; i < ids.size(); ++i) assigned[i] = ids[i] != kNoId;
   return assigned;
+}
+
+// Returns how many keyframes observe one of these landmarks on average; 1 without landmarks.
+double MeanObservers(const Map& map, const PerKind<LandmarkIds>& landmarks) {
+  std::size_t observations = 0, matched = 0;
+  ForEachKind([&]<class Landmark>() {
+    for (const Id<Landmark> id : PartOf<Landmark>(landmarks)) {
+      const Landmark* const landmark = map.Find(id);
+      if (landmark == nullptr) continue;
+      observations += landmark->observations.size();
+      ++matched;
+    }
+  });
+  return matched == 0 ? 1.0 : static_cast<double>(observations) / static_cast<double>(matched);
 }
 
 }  // namespace
@@ -60,7 +75,8 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options, Sla
       worker_(mapper_, {&loop_closer_, &factor_adjuster_, &depth_pattern_}),
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),
       map_(std::move(inputs.map)),
-      release_(options.tracker.moving.enabled ? kReleaseDelay : 0.0) {
+      release_(options.tracker.moving.enabled ? kReleaseDelay : 0.0),
+      uncertainty_(options.inertial.visual_noise) {
   if (inputs.imu) {
     inertial_.emplace(*inputs.imu, options.inertial, model_, options.threads > 0, profile_);
   }
@@ -119,6 +135,7 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   TrackedFrame tracked = result.repeated ? Extrapolate(frame, result) : Estimate(frame, result);
   // Before a keyframe is adjusted: it states something about the pose that was tracked.
   const std::optional<ImageInformation> information = InformationOf(tracked);
+  result.uncertainty = UncertaintyOf(tracked, result);
   if (!result.repeated && !options_.localize_only && WantsKeyFrame(tracked)) {
     InsertKeyFrame(tracked, result);
     LookForLoop(tracked, result);
@@ -288,6 +305,24 @@ std::optional<ImageInformation> SlamSystem::Impl::InformationOf(const TrackedFra
   return InformationInCamera(tracked.information, tracked.T_WC);
 }
 
+std::optional<PoseUncertainty> SlamSystem::Impl::UncertaintyOf(const TrackedFrame& tracked,
+                                                               const FrameResult& result) {
+  if (!HasPose(tracked.state)) return std::nullopt;
+  const Stamp stamp = tracked.frame.stamp;
+  if (submap_keyframes_ == 0 || tracked.reference == kNoId) return uncertainty_.OfOrigin(stamp);
+  const AnchoredPose pose = AnchoredPose::At(map_, tracked.reference, tracked.T_WC);
+  if (inertial_ && inertial_->T_WC() && result.inertial && result.inertial->estimate) {
+    const CameraPoseEstimate camera = CameraOf(*result.inertial->estimate, inertial_->T_BC());
+    return uncertainty_.OfSmoother(
+        stamp, pose, RotatedInformation(camera.covariance, camera.T_WC.R().transpose()));
+  }
+  return uncertainty_.OfImage(
+      stamp, pose,
+      {.information_C = RotatedInformation(tracked.information, tracked.T_WC.R().transpose()),
+       .error = tracked.error,
+       .observers = MeanObservers(map_, tracked)});
+}
+
 void SlamSystem::Impl::RefineFrames(FrameResult& result) {
   const StageTimer timer(profile_, "refined frames", &result.times.mapping);
   if (refiner_.HasResult()) refiner_.Finish(map_, tracked_.mutable_frames());
@@ -367,6 +402,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   last_keyframe_stamp_ = last_visual_ = tracked.frame.stamp;
   const KeyFrame& keyframe = *map_.keyframe(result.mapping->keyframe);
   last_keyframe_ = keyframe.id;
+  uncertainty_.AddKeyFrame(map_, keyframe.id);
   imu_constrained_time_ = weighed_ = 0.0;
   tracked.T_WC = keyframe.T_WC;
   tracked.reference = keyframe.id;

@@ -29,6 +29,7 @@
 #include "system/map_worker.h"
 #include "system/pending_factors.h"
 #include "system/stamp_sequence.h"
+#include "system/uncertainty_estimator.h"
 #include "tracking/frame_refiner.h"
 #include "tracking/tracker.h"
 
@@ -103,6 +104,9 @@ class SlamSystem::Impl {
   // Returns what the image of a frame that was just tracked states about its pose
   // (PosedFrame::information).
   std::optional<ImageInformation> InformationOf(const TrackedFrame& tracked) const;
+  // Returns how uncertain the pose of a frame that was just tracked is; empty without a pose.
+  std::optional<PoseUncertainty> UncertaintyOf(const TrackedFrame& tracked,
+                                               const FrameResult& result);
   // Applies refined poses of earlier frames and starts the refinement of more.
   void RefineFrames(FrameResult& result);
   ImageKnowledge Knowledge() const;
@@ -178,6 +182,7 @@ class SlamSystem::Impl {
   SensorVerdict verdict_;
   std::vector<SensorFinding> new_findings_;  // not reported by on_finding yet
   FrameTrajectories tracked_;
+  UncertaintyEstimator uncertainty_;
   StampSequence stamps_;
   FrameClock clock_;
   bool metric_ = false;  // depth was verified to be in metres

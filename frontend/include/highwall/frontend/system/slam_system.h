@@ -31,6 +31,7 @@
 #include <highwall/frontend/map/map_report.h>
 #include <highwall/frontend/map/options.h>
 #include <highwall/frontend/pose/pose_report.h>
+#include <highwall/frontend/pose/pose_uncertainty.h>
 #include <highwall/frontend/sensor/sensor_estimate.h>
 #include <highwall/frontend/tracking/keyframe_policy.h>
 #include <highwall/frontend/tracking/options.h>
@@ -99,7 +100,8 @@ struct FrameResult {
   // The colour image repeats the previous one (RepeatedImage): it gives no new constraint, and the
   // pose is predicted by the IMU or extrapolated at constant velocity.
   bool repeated = false;
-  Pose T_WC;                   // causal estimate; meaningful where HasPose(state)
+  Pose T_WC;                                     // causal estimate; meaningful where HasPose(state)
+  std::optional<PoseUncertainty> uncertainty{};  // of it; set where HasPose(state)
   SubmapId submap = kNoId;     // of the world of the pose (Map::Root); kNoId without a pose
   bool begins_submap = false;  // the map continues in a new submap from this frame
   // the submap that was left was too young and was removed (SubmapOptions)

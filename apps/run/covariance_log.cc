@@ -1,0 +1,25 @@
+#include "run/covariance_log.h"
+
+#include <string>
+
+#include <fmt/core.h>
+
+#include <highwall/core/error.h>
+
+namespace highwall::apps {
+
+CovarianceLog::CovarianceLog(const std::filesystem::path& path) : path_(path), stream_(path) {
+  stream_ << "# stamp [s], then the upper triangle of the covariance of T_WC, row by row:\n"
+             "# translation [m] and rotation [rad], both along the axes of the camera\n";
+  if (!stream_.flush()) throw IoError(path_, "cannot be written");
+}
+
+void CovarianceLog::Append(Stamp stamp, const Eigen::Matrix<double, 6, 6>& covariance) {
+  std::string line = FormatStamp(stamp);
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) line += fmt::format(" {:.6g}", covariance(i, j));
+  }
+  if (!(stream_ << line << '\n').flush()) throw IoError(path_, "cannot be written");
+}
+
+}  // namespace highwall::apps
