@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <vector>
 
@@ -112,6 +113,22 @@ cv::Point DepthGrid::CellOf(const Eigen::Vector2d& uv) const {
   return {index(uv.x(), camera_.width), index(uv.y(), camera_.height)};
 }
 
+std::span<const std::uint16_t> DepthGrid::CellsOfDistortedPixels() const {
+  static_assert(kCells * kCells <= std::numeric_limits<std::uint16_t>::max());
+  std::call_once(cells_of_pixels_->found, [this] {
+    std::vector<std::uint16_t>& cells = cells_of_pixels_->cells;
+    cells.reserve(static_cast<std::size_t>(image_camera_.width) *
+                  static_cast<std::size_t>(image_camera_.height));
+    for (int v = 0; v < image_camera_.height; ++v) {
+      for (int u = 0; u < image_camera_.width; ++u) {
+        const cv::Point cell = CellOf(image_camera_.UndistortPixel(Eigen::Vector2d(u, v)));
+        cells.push_back(static_cast<std::uint16_t>(cell.y * camera_.width + cell.x));
+      }
+    }
+  });
+  return cells_of_pixels_->cells;
+}
+
 cv::Mat DepthGrid::ToImage(const cv::Mat& cells) const {
   HIGHWALL_REQUIRE(
       cells.type() == CV_8UC1 && cells.cols == camera_.width && cells.rows == camera_.height,
@@ -119,12 +136,8 @@ cv::Mat DepthGrid::ToImage(const cv::Mat& cells) const {
   cv::Mat image = cv::Mat::zeros(image_camera_.height, image_camera_.width, CV_8UC1);
   if (cv::countNonZero(cells) == 0) return image;
   if (image_camera_.HasDistortion()) {
-    for (int v = 0; v < image.rows; ++v) {
-      for (int u = 0; u < image.cols; ++u) {
-        image.at<std::uint8_t>(v, u) =
-            cells.at<std::uint8_t>(CellOf(image_camera_.UndistortPixel(Eigen::Vector2d(u, v))));
-      }
-    }
+    std::ranges::transform(CellsOfDistortedPixels(), image.ptr<std::uint8_t>(),
+                           [&](std::uint16_t cell) { return cells.ptr<std::uint8_t>()[cell]; });
     return image;
   }
   // Cells are in the same column for all pixels of a column.

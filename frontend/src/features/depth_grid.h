@@ -1,6 +1,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -52,11 +56,20 @@ class DepthGrid {
   cv::Mat ToImage(const cv::Mat& cells) const;
 
  private:
+  std::span<const std::uint16_t> CellsOfDistortedPixels() const;
+
   PinholeCamera image_camera_, camera_;
   double cell_size_;
   Eigen::Vector2f scale_, centre_;     // focal lengths and principal point [cells]
   std::vector<Eigen::Vector3f> rays_;  // of the cells, row by row
   std::vector<cv::Point> pixels_;      // of the image, at the middle of each cell
+  // Of each pixel of a distorted image, row by row, the index of its cell: inverting the distortion
+  // takes longer than all else. Found when it is first needed, once for all copies.
+  struct CellsOfPixels {
+    std::once_flag found;
+    std::vector<std::uint16_t> cells;
+  };
+  std::shared_ptr<CellsOfPixels> cells_of_pixels_ = std::make_shared<CellsOfPixels>();
 };
 
 // The connected surfaces of a grid: neighbouring cells without a depth step between them.
