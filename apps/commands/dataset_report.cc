@@ -395,8 +395,8 @@ DatasetReport InspectDataset(const std::filesystem::path& directory, DatasetOpti
   if (config) {
     AddSizeProblem(config->sensor.camera, &report);
     AddDepthProblems(config->sensor, &report);
-    if (const auto lens = CheckLens(dataset, config->sensor))
-      report.problems.push_back(Line(*lens));
+    if (const auto finding = CheckPairs(dataset, config->sensor))
+      report.problems.push_back(Line(*finding));
   }
   report.imu = DescribeImu(dataset, config ? config->imu : std::nullopt, &report);
   return report;

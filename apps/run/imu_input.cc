@@ -17,11 +17,32 @@ VideoSpan InClockOf(const ImuCalibration& calibration, const VideoSpan& images) 
 
 }  // namespace
 
+SensorFault FaultOf(ImuFindingKind kind) {
+  switch (kind) {
+    case ImuFindingKind::kOtherClock:
+    case ImuFindingKind::kClockRate:
+    case ImuFindingKind::kStartsLate:
+    case ImuFindingKind::kEndsEarly:
+      return SensorFault::kImuClock;
+    case ImuFindingKind::kGyroscopeInDegrees:
+    case ImuFindingKind::kAccelerometerInG:
+    case ImuFindingKind::kAccelerometerImplausible:
+    case ImuFindingKind::kGravityRemoved:
+      return SensorFault::kImuScale;
+    case ImuFindingKind::kColumnsExchanged:
+      return SensorFault::kImuAxes;
+    case ImuFindingKind::kAccelerometerReversed:
+      return SensorFault::kImuSign;
+    default:
+      return SensorFault::kImuReadings;
+  }
+}
+
 ImuInput CheckReadings(std::span<const ImuSample> readings, const ImuCalibration& calibration,
                        const VideoSpan& images) {
   ImuInput input;
   input.calibration = calibration;
-  input.findings = CheckImu(readings, InClockOf(calibration, images));
+  input.findings = CheckImu(readings, InClockOf(calibration, images), {.rate = calibration.rate});
   input.samples = RepairImu(readings, input.findings);
   if (input.IsUsable()) {
     std::ranges::copy(DropExceededRanges(input.samples, &input.calibration),

@@ -10,6 +10,7 @@
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/imu_check.h>
 #include <highwall/frontend/input/sensor.h>
+#include <highwall/frontend/input/sensor_verdict.h>
 
 namespace highwall::apps {
 
@@ -24,6 +25,9 @@ struct ImuInput {
   // If false, the run continues with RGB-D only; the warnings give the reason.
   bool IsUsable() const { return !HasFatal(findings); }
 };
+
+// Returns the kind of a finding in the verdict of a run.
+SensorFault FaultOf(ImuFindingKind kind);
 
 // Checks readings and repairs them, as LoadImu() does for those of a file. images: the stamps of
 // the first and the last, in the clock of the camera.

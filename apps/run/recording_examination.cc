@@ -16,7 +16,7 @@ SensorVerdict ExamineRecording(const Dataset& dataset, const RgbdSensor& sensor,
   }
   // Wrong depth contradicts any lens.
   if (verdict.trust() == Trust::kConsistent) {
-    if (auto lens = CheckLens(dataset, sensor, begin, end)) verdict.Add(*std::move(lens));
+    if (auto finding = CheckPairs(dataset, sensor, begin, end)) verdict.Add(*std::move(finding));
   }
   SensorFinding stamps{.fault = SensorFault::kStamps, .trust = Trust::kDoubtful};
   for (const StampFinding& finding : CheckStamps(dataset)) {

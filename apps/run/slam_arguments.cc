@@ -200,8 +200,8 @@ bool WantsImu(const SlamArguments& arguments) {
 std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedDataset& dataset,
                                    std::vector<std::string>* warnings, SensorVerdict* verdict) {
   if (!WantsImu(arguments)) return std::nullopt;
-  const auto refuse = [&](const std::string& reason) {
-    verdict->Add({SensorFault::kImuReadings, Trust::kDoubtful, reason,
+  const auto refuse = [&](SensorFault fault, const std::string& reason) {
+    verdict->Add({fault, Trust::kDoubtful, reason,
                   "the images are used alone; highwall info lists the faults of the readings"});
   };
   std::optional<ImuInput> input;
@@ -210,7 +210,7 @@ std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedD
   } catch (const IoError& error) {  // the images can still be tracked
     if (!arguments.imu.empty()) throw;
     warnings->push_back(std::string(error.what()) + "; the IMU is not used");
-    refuse("the file of the IMU cannot be read");
+    refuse(SensorFault::kImuReadings, "the file of the IMU cannot be read");
     return std::nullopt;
   }
   if (!input) {
@@ -219,7 +219,8 @@ std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedD
   }
   warnings->insert(warnings->end(), input->warnings.begin(), input->warnings.end());
   if (!input->IsUsable()) {
-    refuse("the readings of the IMU cannot be used: " + input->findings.front().text);
+    const ImuFinding& finding = input->findings.front();
+    refuse(FaultOf(finding.kind), "the readings of the IMU cannot be used: " + finding.text);
     return std::nullopt;
   }
   return ImuFeed{input->calibration, std::move(input->samples)};

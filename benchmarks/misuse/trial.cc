@@ -14,26 +14,6 @@
 namespace highwall::bench {
 namespace {
 
-SensorFault FaultOf(ImuFindingKind kind) {
-  switch (kind) {
-    case ImuFindingKind::kOtherClock:
-    case ImuFindingKind::kStartsLate:
-    case ImuFindingKind::kEndsEarly:
-      return SensorFault::kImuClock;
-    case ImuFindingKind::kGyroscopeInDegrees:
-    case ImuFindingKind::kAccelerometerInG:
-    case ImuFindingKind::kAccelerometerImplausible:
-    case ImuFindingKind::kGravityRemoved:
-      return SensorFault::kImuScale;
-    case ImuFindingKind::kColumnsExchanged:
-      return SensorFault::kImuAxes;
-    case ImuFindingKind::kAccelerometerReversed:
-      return SensorFault::kImuSign;
-    default:
-      return SensorFault::kImuReadings;
-  }
-}
-
 // Checks the IMU as LoadImu() does, and uses it if it can be used.
 void TakeImu(const StatedSequence& sequence, apps::SlamRunOptions* options) {
   const std::optional<apps::ImuFeed>& imu = sequence.stated().imu;
@@ -42,7 +22,7 @@ void TakeImu(const StatedSequence& sequence, apps::SlamRunOptions* options) {
   apps::ImuInput input = apps::CheckReadings(imu->samples, imu->calibration, images);
   for (const ImuFinding& finding : input.findings) {
     options->before.Add(
-        {FaultOf(finding.kind),
+        {apps::FaultOf(finding.kind),
          finding.severity == ImuSeverity::kFatal ? Trust::kNotTrusted : Trust::kDoubtful,
          finding.text});
   }

@@ -168,6 +168,22 @@ TEST(CheckImu, FindsAnotherClock) {
               "1010.000000 s: another clock");
 }
 
+TEST(CheckImu, FindsStampsThatElapseAtAnotherRate) {
+  ImuCheckOptions options{.rate = 200.0};
+  EXPECT_TRUE(CheckImu(HandHeld(), kVideo, options).empty());
+  auto samples = HandHeld();
+  for (ImuSample& sample : samples) sample.stamp = kSecond / 2 + 2 * (sample.stamp - kSecond / 2);
+  const std::vector<ImuFinding> findings = CheckImu(samples, kVideo, options);
+  ASSERT_FALSE(findings.empty());
+  ExpectFatal(findings.front(), Kind::kClockRate,
+              "readings come at 100 Hz over 18 s, not at the stated 200 Hz over the 8 s of the "
+              "video: their stamps are stretched by 2");
+  // A video of the first half of a recording, or a rate that is stated wrongly, is no fault.
+  EXPECT_TRUE(CheckImu(HandHeld(), {1 * kSecond, 5 * kSecond}, options).empty());
+  options.rate = 400.0;
+  EXPECT_TRUE(CheckImu(HandHeld(), kVideo, options).empty());
+}
+
 TEST(CheckImu, FindsAnImuThatIsShorterThanTheVideo) {
   ExpectWarning(Only(HandHeld(), {0, 9 * kSecond}), Kind::kStartsLate,
                 "begins 0.5 s after the video; RGB-D alone until then");

@@ -183,6 +183,46 @@ TEST(JudgeImu, NamesEachFault) {
   }
 }
 
+// A vehicle turns by a fifth of what a hand does: the gyroscope's faults must be named all the
+// same.
+TEST(JudgeImu, NamesFaultsOfTheGyroscopeInLittleMotion) {
+  for (const Fault& fault : Faults()) {
+    const std::string name = fault.name;
+    const bool turns = name == "y and z" || name == "y and z of the gyroscope" ||
+                       name == "sign of the gyroscope" || name == "inverted";
+    if (!turns) continue;
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      Recording recording = Record(seed, 0.2, 5.0);
+      fault.apply(recording);
+      const ImuJudgement judgement = JudgementOf(recording);
+      EXPECT_EQ(judgement.agreement, ImuAgreement::kContradicted) << name << " " << seed;
+    }
+  }
+}
+
+TEST(JudgeImu, NamesAGyroscopeThatReadsTwiceOrHalfTheRate) {
+  for (const double factor : {0.5, 2.0}) {
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      Recording recording = Record(seed, 0.3, 5.0);
+      ForEachReading(recording, [factor](ImuSample& s) { s.gyroscope *= factor; });
+      const ImuJudgement judgement = JudgementOf(recording);
+      ASSERT_TRUE(judgement.finding) << factor << " " << seed;
+      EXPECT_EQ(judgement.finding->fault, SensorFault::kImuScale) << judgement.finding->text;
+    }
+  }
+}
+
+TEST(JudgeImu, BelievesALongLeverArmThatIsRight) {
+  Recording recording = Record(1, 1.0, 8.0);
+  const Eigen::Vector3d far(0.0, 2.0, 0.0);
+  const Pose T_BC = recording.calibration.T_BC;
+  for (StampedPose& p : recording.poses) {
+    p.pose = p.pose * Pose(Eigen::Quaterniond::Identity(), T_BC.q().conjugate() * far);
+  }
+  recording.calibration.T_BC = Pose(T_BC.q(), T_BC.p() + far);
+  EXPECT_EQ(JudgementOf(recording).agreement, ImuAgreement::kConsistent);
+}
+
 TEST(JudgeImu, NamesNoSingleCauseForTwoFaultsAtOnce) {
   Recording recording = Record(2, 1.0, 8.0);
   ForEachReading(recording, [](ImuSample& s) {

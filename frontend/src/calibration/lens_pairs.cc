@@ -11,6 +11,7 @@
 #include <highwall/frontend/features/orb_matcher.h>
 #include <highwall/frontend/map/measurement_model.h>
 
+#include "calibration/depth_motion.h"
 #include "calibration/lens_check.h"
 #include "calibration/lens_estimate.h"
 #include "features/frame_builder.h"
@@ -104,8 +105,8 @@ LensEstimate Constrained(LensEstimate estimate, const PinholeCamera& camera) {
 
 }  // namespace
 
-std::optional<SensorFinding> CheckLens(const Dataset& dataset, const RgbdSensor& sensor,
-                                       std::size_t begin, std::size_t end) {
+std::optional<SensorFinding> CheckPairs(const Dataset& dataset, const RgbdSensor& sensor,
+                                        std::size_t begin, std::size_t end) {
   end = std::min(end, dataset.size());
   if (end < begin + kLeastFrames) return std::nullopt;
   const std::size_t frames = end - begin;
@@ -118,16 +119,22 @@ std::optional<SensorFinding> CheckLens(const Dataset& dataset, const RgbdSensor&
   FrameBuilder builder(sensor, options, nullptr, nullptr, false);
   const MeasurementModel model(sensor, {});
   LensViews views;
+  DepthMotion motion(model);
   for (std::size_t i = 0; i < kPairs; ++i) {
     const std::size_t first = begin + i * (frames - 1 - apart) / (kPairs - 1);
     if (const auto pair = MatchPair(dataset, first, first + apart, &builder)) {
       AddPair(*pair, model, &views);
+      motion.Add(*pair->first, *pair->second, pair->matches);
     }
   }
   if (views.held.size() < kLeastPairs) return std::nullopt;
-  const std::optional<LensEstimate> estimate = EstimateLens(std::move(views), model);
-  if (!estimate) return std::nullopt;
-  return CompareLens(model.camera(), Constrained(*estimate, model.camera()), kLensTolerance);
+  // Wrong depth contradicts any lens.
+  if (auto mirrored = motion.Mirrored()) return mirrored;
+  if (const auto estimate = EstimateLens(std::move(views), model)) {
+    auto lens = CompareLens(model.camera(), Constrained(*estimate, model.camera()), kLensTolerance);
+    if (lens) return lens;
+  }
+  return motion.Inconsistent();
 }
 
 }  // namespace highwall

@@ -97,6 +97,7 @@ class Checker {
     CheckPossible();
     if (usable_.empty()) return findings_;
     CheckSpan();
+    CheckClockRate();
     CheckGaps();
     CheckFrozen("gyroscope", Kind::kFrozenGyroscope, &ImuSample::gyroscope,
                 &ImuSample::accelerometer);
@@ -174,6 +175,33 @@ class Checker {
       Add(Kind::kDuplicates, ImuSeverity::kWarning,
           std::to_string(copies) + " stamps are there twice; the first reading stays");
     }
+  }
+
+  // Both must tell the same: a rate that was stated wrongly is harmless, and so is a recording that
+  // lasts longer than its video.
+  void CheckClockRate() {
+    constexpr double kSame = 0.05;     // relative difference of two rates that are the same
+    constexpr double kNominal = 0.2;   // by which rates differ from the stated one
+    constexpr double kMargins = 3.0;   // [s] of readings before and after a video
+    constexpr double kShortest = 3.0;  // [s] of a video
+    if (options_.rate <= 0.0 || usable_.size() < 2) return;
+    const double video = ToSeconds(video_.end - video_.begin);
+    const double span = ToSeconds(usable_.back().stamp - usable_.front().stamp);
+    if (video < kShortest || span <= 0.0) return;
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < usable_.size(); ++i) {
+      steps.push_back(ToSeconds(usable_[i].stamp - usable_[i - 1].stamp));
+    }
+    const double rate = 1.0 / UpperMedian(std::move(steps));
+    const double slower = options_.rate / rate;
+    const double as_stated = span / slower;
+    const bool spans_video = as_stated > (1.0 - kSame) * video && as_stated < video + kMargins;
+    const bool spans_as_it_is = span > (1.0 - kSame) * video && span < video + kMargins;
+    if (std::abs(slower - 1.0) < kNominal || !spans_video || spans_as_it_is) return;
+    Add(Kind::kClockRate, ImuSeverity::kFatal,
+        "readings come at " + Rounded(rate) + " Hz over " + Rounded(span) +
+            " s, not at the stated " + Rounded(options_.rate) + " Hz over the " + Rounded(video) +
+            " s of the video: their stamps are stretched by " + Rounded(slower));
   }
 
   void CheckSpan() {
@@ -357,6 +385,7 @@ void ImuCheckOptions::Validate() const {
       max_bad_share >= 0.0 && max_bad_share <= 1.0,
       "ImuCheckOptions::max_bad_share must be in [0, 1], got " + FixedText(max_bad_share));
   RequirePositive(max_angular_rate, "ImuCheckOptions::max_angular_rate");
+  HIGHWALL_REQUIRE(rate >= 0.0, "ImuCheckOptions::rate must not be negative");
 }
 
 std::vector<ImuFinding> CheckImu(std::span<const ImuSample> samples, const VideoSpan& video,

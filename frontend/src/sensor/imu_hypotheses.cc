@@ -26,7 +26,8 @@ constexpr double kNearStep = 0.01, kFarStep = 0.02;
 // Least excess of the squared residuals over those of the free fit, in variances: chi-squared with
 // nine degrees of freedom exceeds 28 once in a thousand; the rest is for errors of poses that last.
 constexpr double kSignificant = 100.0;
-constexpr double kSignificantOffset = 40.0;  // the same with one degree of freedom
+constexpr double kSignificantOffset = 40.0;      // the same with one degree of freedom
+constexpr double kSignificantLongOffset = 25.0;  // and twice the fewest rotations
 // Excess relative to what the free fit explains, as an angle in radians: a mount, scale or delay
 // that the online estimation copes with stays below the first; a hypothesis explains all below
 // the second.
@@ -35,6 +36,11 @@ constexpr double kWrong = 0.35, kRight = 0.2;
 // acceleration. Images with focal lengths that are 2 % off bend positions by 2 % of the depth as
 // they turn: at 3 m and 1 rad/s, in half a second, by 0.2 m/s^2.
 constexpr double kTurnError = 2e-3, kAccelerationError = 0.3;  // [rad], [m/s^2]
+// Of a gyroscope whose images turn little, as on a vehicle: where a single reading explains all of
+// it, this much suffices. On right recordings of 2.5 s and more the excess was below 20 variances
+// or 5 % of what the free fit explains.
+constexpr int kFewestSmall = 25;
+constexpr double kSignificantSmall = 50.0, kSmallTurnError = 5e-4;  // [], [rad]
 // A camera this far from its IMU is doubtful by itself, and smaller errors count.
 constexpr double kLongArm = 0.5, kAccelerationErrorOfArm = 0.08;  // [m], [m/s^2]
 // Without another explanation: RMS rotation of the images over 0.1 s [rad], and the share of its
@@ -107,8 +113,13 @@ class Judge {
     FitGyroscope();
     if (near_.front().fit.size() < kFewest) return {};
     const bool clock = IsClockContradicted(), gyroscope = !clock && IsGyroscopeContradicted();
-    const bool accelerometer = !gyroscope && !clock && IsAccelerometerContradicted();
+    const bool accelerometer =
+        !gyroscope && !clock && (IsAccelerometerContradicted() || IsUnitOfLeverArmWrong());
     if (gyroscope || clock || accelerometer) return Explain(clock);
+    if (IsGyroscopeSlightlyContradicted()) {
+      ImuJudgement judgement = Explain(false);
+      if (judgement.is_named) return judgement;
+    }
     const Clocked& best = Best(configured_.gyroscope, near_);
     const double signal = best.fit.Signal(), n = best.fit.size();
     const bool is_much = signal > n * kMuchTurn * kMuchTurn;
@@ -174,6 +185,26 @@ class Judge {
            Share(excess, ExplainedByFree()) > strictness_ * kWrong * kWrong;
   }
 
+  bool IsGyroscopeSlightlyContradicted() const {
+    const double excess = Excess(Best(configured_.gyroscope, near_), configured_.gyroscope);
+    return free_->fit.size() >= kFewestSmall && IsFreeGood() &&
+           excess > strictness_ * kSignificantSmall * free_->fit.Variance() &&
+           excess > kSmallTurnError * kSmallTurnError * free_->fit.size() &&
+           Share(excess, ExplainedByFree()) > strictness_ * kWrong * kWrong;
+  }
+
+  // A camera metres away from its IMU, which fits better with the same numbers in cm or mm.
+  bool IsUnitOfLeverArmWrong() {
+    if (configured_.lever_arm.norm() <= kLongArm) return false;
+    const AccelerometerFit& fit = Acceleration(Best(configured_.gyroscope, near_).clock);
+    if (fit.size() < kFewest) return false;
+    const auto squared = [&](double scale) {
+      return fit.Squared(configured_.accelerometer, scale * configured_.lever_arm);
+    };
+    return squared(1.0) - std::min(squared(0.01), squared(0.001)) >
+           strictness_ * kSignificantOffset * fit.Variance();
+  }
+
   bool IsClockContradicted() const {
     constexpr double kMuchBetter = 1.5, kFarther = 0.01;  // of squared residuals; [s]
     const Clocked& near = Best(configured_.gyroscope, near_);
@@ -181,7 +212,10 @@ class Judge {
     const double offset = far.clock.offset - calibration_.time_offset;
     const double better = (Mean(near, R_CB()) - Mean(far, R_CB())) * far.fit.size();
     return IsFreeGood() && std::abs(offset) > kNearOffset + kFarther &&
-           better > strictness_ * kSignificantOffset * free_->fit.Variance() &&
+           better >
+               strictness_ *
+                   (far.fit.size() >= 2 * kFewest ? kSignificantLongOffset : kSignificantOffset) *
+                   free_->fit.Variance() &&
            Mean(near, R_CB()) > kMuchBetter * Mean(far, R_CB()) &&
            Share(Excess(far, R_CB()), ExplainedByFree()) < kRight * kRight;
   }
@@ -304,6 +338,12 @@ std::vector<Reading> Judge::SimpleReadings() const {
   add(SensorFault::kImuScale, 1.0 / kDegree, 1.0,
       "gyroscope and images agree if the readings were multiplied by pi / 180 once too often",
       "multiply them by 57.2958");
+  for (const auto& [factor, text] : {std::pair{0.5, "half"}, std::pair{2.0, "twice"}}) {
+    add(SensorFault::kImuScale, factor, 1.0,
+        std::string("gyroscope and images agree if the gyroscope turns ") + text +
+            " as fast as it reads: it is set to another range than its driver assumes",
+        std::string("multiply its readings by ") + (factor < 1.0 ? "0.5" : "2"));
+  }
   add(SensorFault::kImuSign, -1.0, 1.0,
       "gyroscope and images agree if the sign of the gyroscope is reversed", "multiply it by -1");
   add(SensorFault::kImuSign, 1.0, -1.0,

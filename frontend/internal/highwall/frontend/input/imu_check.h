@@ -21,6 +21,7 @@ enum class ImuFindingKind {
   kOutOfOrder,                // stamps that decrease
   kDuplicates,                // stamps that occur twice
   kOtherClock,                // no reading lies within the video
+  kClockRate,                 // stamps that elapse faster or slower than those of the video
   kStartsLate,                // after the video
   kEndsEarly,                 // before the video
   kGaps,                      // steps between readings that are too long
@@ -56,6 +57,7 @@ struct ImuCheckOptions {
   // [rad/s] > 0; RMS of all but the max_bad_share largest; a camera that rotates faster sees
   // nothing
   double max_angular_rate = 6.0;
+  double rate = 0.0;  // [Hz] >= 0; nominal, ImuCalibration::rate; 0: unknown
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
