@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/core/stamp.h>
 #include <highwall/mapping/point_cloud_io.h>
 
 #include "support/file_size_limit.h"
@@ -81,6 +82,7 @@ TEST_F(RunOutputTest, FromTheFirstPoseOnNothingOfAnEarlierRunIsLeft) {
   const std::vector<std::string> results = {"run.json",
                                             "trajectory.txt",
                                             "trajectory_causal.txt",
+                                            "covariances_causal.txt",
                                             "trajectory_adjusted.txt",
                                             "keyframes.txt",
                                             "cloud.ply",
@@ -111,6 +113,28 @@ TEST_F(RunOutputTest, FromTheFirstPoseOnNothingOfAnEarlierRunIsLeft) {
   for (const char* name : {"notes.txt", "trajectory_runway.txt"}) {
     EXPECT_EQ(ReadText(run() / name), "of the user");
   }
+}
+
+TEST_F(RunOutputTest, CovariancesAreWrittenForEachPoseIfTheyAreKept) {
+  RunOutput without(run());
+  without.Follow(Tracked(0));
+  EXPECT_FALSE(fs::exists(run() / "covariances_causal.txt"));
+  RunOutput output(run());
+  output.KeepCovariances();
+  for (const int frame : {1, 2}) {
+    FrameResult result = Tracked(frame);
+    result.uncertainty.emplace().in_map(0, 5) = result.uncertainty->in_map(5, 0) = -2.5e-7;
+    output.Follow(result);
+    output.Follow(Lost(frame + 10));
+  }
+  std::ifstream file(run() / "covariances_causal.txt");
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with("#")) lines.push_back(line);
+  }
+  const std::string row = " 0 0 0 0 0 -2.5e-07 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0";
+  EXPECT_EQ(lines, (std::vector{FormatStamp(Tracked(1).stamp) + row,
+                                FormatStamp(Tracked(2).stamp) + row}));
 }
 
 // A run that continues in the map of its own folder must not lose it when it is killed.

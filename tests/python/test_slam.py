@@ -31,6 +31,10 @@ def test_slam_follows_a_camera_and_reports_it(sensor):
     np.testing.assert_array_equal(slam.sensor().depth_pattern, np.zeros(20))
     assert 0 < slam.refined_frames() < len(images)  # keyframes are not among them
     assert [frame.stamp for frame in frames] == [stamp for stamp, _, _ in images]
+    np.testing.assert_array_equal(frames[0].covariance, np.zeros((6, 6)))  # where the world begins
+    for frame in frames[1:]:
+        assert 0 < np.linalg.eigvalsh(frame.covariance_in_keyframe)[0]
+        assert np.trace(frame.covariance) >= np.trace(frame.covariance_in_keyframe)
     _, bgr, depth = keyframes[0]
     np.testing.assert_array_equal(bgr, images[0][1])
     np.testing.assert_array_equal(depth, images[0][2])
