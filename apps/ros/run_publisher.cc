@@ -82,7 +82,7 @@ void RunPublisher::OnFrame(const FrameResult& result, const RgbdImage&, const Sl
 void RunPublisher::PublishFrame(const FrameResult& result, const Pose& T_OB) {
   const Pose T_WB = result.T_WC * options_.T_BC.Inverse();
   const PoseCovariance in_world =
-      MovedBy(T_WB.p() - result.T_WC.p(), InWorld(*result.uncertainty, result.T_WC));
+      MovedBy(T_WB.p() - result.T_WC.p(), InWorld(result.uncertainty.value(), result.T_WC));
   const Pose& T_WO = odometry_.T_WO();
   const PoseCovariance in_odom = Rotated(T_WO.R().transpose(), in_world);
   const StampedPose now{result.stamp, T_OB};

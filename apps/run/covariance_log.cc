@@ -9,8 +9,10 @@
 namespace highwall::apps {
 
 CovarianceLog::CovarianceLog(const std::filesystem::path& path) : path_(path), stream_(path) {
-  stream_ << "# stamp [s], then the upper triangle of the covariance of T_WC, row by row:\n"
-             "# translation [m] and rotation [rad], both along the axes of the camera\n";
+  stream_
+      << "# stamp [s] of each frame with a pose, in any world, then the upper triangle of the\n"
+         "# covariance of T_WC, row by row: translation [m] and rotation [rad], both along the\n"
+         "# axes of the camera\n";
   if (!stream_.flush()) throw IoError(path_, "cannot be written");
 }
 

@@ -39,10 +39,10 @@ SensorFault FaultOf(ImuFindingKind kind) {
 }
 
 ImuInput CheckReadings(std::span<const ImuSample> readings, const ImuCalibration& calibration,
-                       const VideoSpan& images) {
+                       const VideoSpan& images, double rate) {
   ImuInput input;
   input.calibration = calibration;
-  input.findings = CheckImu(readings, InClockOf(calibration, images), {.rate = calibration.rate});
+  input.findings = CheckImu(readings, InClockOf(calibration, images), {.rate = rate});
   input.samples = RepairImu(readings, input.findings);
   if (input.IsUsable()) {
     std::ranges::copy(DropExceededRanges(input.samples, &input.calibration),
@@ -58,7 +58,8 @@ std::optional<ImuInput> LoadImu(const Dataset& dataset,
   const ImuCalibration stated = calibration.value_or(ImuCalibration{});
   const VideoSpan images{dataset.stamp(0), dataset.stamp(dataset.size() - 1)};
   const ImuRecording recording = ReadImu(*file, InClockOf(stated, images));
-  ImuInput input = CheckReadings(recording.samples, stated, images);
+  ImuInput input =
+      CheckReadings(recording.samples, stated, images, calibration ? calibration->rate : 0.0);
   input.file = *file;
 
   if (!recording.warning.empty()) input.warnings.push_back(recording.warning);

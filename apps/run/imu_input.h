@@ -30,9 +30,9 @@ struct ImuInput {
 SensorFault FaultOf(ImuFindingKind kind);
 
 // Checks readings and repairs them, as LoadImu() does for those of a file. images: the stamps of
-// the first and the last, in the clock of the camera.
+// the first and the last, in the clock of the camera. rate: stated [Hz], 0 if none is.
 ImuInput CheckReadings(std::span<const ImuSample> readings, const ImuCalibration& calibration,
-                       const VideoSpan& images);
+                       const VideoSpan& images, double rate);
 
 // Reads and checks the IMU of a dataset; empty if it has none. calibration: from the configuration;
 // without one, the axes of the camera are assumed to be those of the IMU, with a warning. Throws

@@ -180,7 +180,7 @@ void RunOutput::Follow(const FrameResult& result) {
     Attempt([&] {
       // Gone if it throws: a file with a gap would mislead.
       std::optional<CovarianceLog> log = std::exchange(covariances_, std::nullopt);
-      log->Append(result.stamp, result.uncertainty->in_map);
+      log->Append(result.stamp, result.uncertainty.value().in_map);
       covariances_ = std::move(log);
     });
   }

@@ -3,6 +3,7 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <algorithm>
 #include <utility>
 
 #include <highwall/core/error.h>
@@ -219,7 +220,8 @@ std::optional<ImuFeed> ReadImuFeed(const SlamArguments& arguments, const OpenedD
   }
   warnings->insert(warnings->end(), input->warnings.begin(), input->warnings.end());
   if (!input->IsUsable()) {
-    const ImuFinding& finding = input->findings.front();
+    const ImuFinding& finding =
+        *std::ranges::find(input->findings, ImuSeverity::kFatal, &ImuFinding::severity);
     refuse(FaultOf(finding.kind), "the readings of the IMU cannot be used: " + finding.text);
     return std::nullopt;
   }

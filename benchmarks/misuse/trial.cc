@@ -19,7 +19,8 @@ void TakeImu(const StatedSequence& sequence, apps::SlamRunOptions* options) {
   const std::optional<apps::ImuFeed>& imu = sequence.stated().imu;
   if (!imu) return;
   const VideoSpan images{sequence.stamp(0), sequence.stamp(sequence.size() - 1)};
-  apps::ImuInput input = apps::CheckReadings(imu->samples, imu->calibration, images);
+  apps::ImuInput input =
+      apps::CheckReadings(imu->samples, imu->calibration, images, imu->calibration.rate);
   for (const ImuFinding& finding : input.findings) {
     options->before.Add(
         {apps::FaultOf(finding.kind),

@@ -196,6 +196,8 @@ TEST(JudgeImu, NamesFaultsOfTheGyroscopeInLittleMotion) {
       fault.apply(recording);
       const ImuJudgement judgement = JudgementOf(recording);
       EXPECT_EQ(judgement.agreement, ImuAgreement::kContradicted) << name << " " << seed;
+      ASSERT_TRUE(judgement.finding) << name << " " << seed;
+      EXPECT_NE(judgement.finding->fault, SensorFault::kImuInconsistent) << name << " " << seed;
     }
   }
 }
@@ -212,15 +214,30 @@ TEST(JudgeImu, NamesAGyroscopeThatReadsTwiceOrHalfTheRate) {
   }
 }
 
-TEST(JudgeImu, BelievesALongLeverArmThatIsRight) {
-  Recording recording = Record(1, 1.0, 8.0);
-  const Eigen::Vector3d far(0.0, 2.0, 0.0);
-  const Pose T_BC = recording.calibration.T_BC;
-  for (StampedPose& p : recording.poses) {
-    p.pose = p.pose * Pose(Eigen::Quaterniond::Identity(), T_BC.q().conjugate() * far);
+TEST(JudgeImu, NamesTheUnitOfALeverArmInCentimetres) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    Recording recording = Record(seed, 1.0, 5.0);
+    const Pose T_BC = recording.calibration.T_BC;
+    recording.calibration.T_BC = Pose(T_BC.q(), 100.0 * T_BC.p());
+    const ImuJudgement judgement = JudgementOf(recording);
+    ASSERT_TRUE(judgement.finding) << seed;
+    EXPECT_EQ(judgement.finding->fault, SensorFault::kImuLeverArm) << judgement.finding->text;
   }
-  recording.calibration.T_BC = Pose(T_BC.q(), T_BC.p() + far);
-  EXPECT_EQ(JudgementOf(recording).agreement, ImuAgreement::kConsistent);
+}
+
+// Also where the depth is five times too large or too small: that is no fault of the arm.
+TEST(JudgeImu, BelievesALongLeverArmThatIsRight) {
+  for (const double scale : {1.0, 5.0, 0.2}) {
+    Recording recording = Record(1, 1.0, 8.0);
+    const Eigen::Vector3d far(0.0, 2.0, 0.0);
+    const Pose T_BC = recording.calibration.T_BC;
+    for (StampedPose& p : recording.poses) {
+      p.pose = p.pose * Pose(Eigen::Quaterniond::Identity(), T_BC.q().conjugate() * far);
+    }
+    for (StampedPose& p : recording.poses) p.pose = Pose(p.pose.q(), scale * p.pose.p());
+    recording.calibration.T_BC = Pose(T_BC.q(), T_BC.p() + far);
+    EXPECT_EQ(JudgementOf(recording).agreement, ImuAgreement::kConsistent) << scale;
+  }
 }
 
 TEST(JudgeImu, NamesNoSingleCauseForTwoFaultsAtOnce) {

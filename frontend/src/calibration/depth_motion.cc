@@ -20,9 +20,6 @@ constexpr double kSharper = 2.0;
 // Unexplained matches: their least share by the stated depth, and what may remain of it by another
 // one. On right recordings the stated depth explains most.
 constexpr double kUnexplained = 0.05, kRemains = 0.4;
-// A constant explains rotations alone. Where it leaves this share, right depth left less than half
-// of that on all recordings; from this ratio on, depth is as good as none.
-constexpr double kTells = 0.15, kAsGoodAsNone = 0.75;
 
 cv::Point Flipped(const cv::Point& cell, const cv::Size& size, bool left_right, bool upside_down) {
   return {left_right ? size.width - 1 - cell.x : cell.x,
@@ -102,19 +99,6 @@ std::optional<SensorFinding> DepthMotion::Mirrored() const {
       SensorFault::kDepthMirrored, Trust::kNotTrusted,
       std::string("depth is ") + how + " against the colour images: their motion agrees then",
       "flip the depth images"};
-}
-
-std::optional<SensorFinding> DepthMotion::Inconsistent() const {
-  const double constant = Unexplained(kConstant);
-  if (matches_ < kFewestMatches || constant < kTells ||
-      Unexplained(kAsItIs) < kAsGoodAsNone * constant) {
-    return std::nullopt;
-  }
-  return SensorFinding{
-      SensorFault::kDepthInconsistent, Trust::kNotTrusted,
-      "depth contradicts the motion of the images: it explains no more of it than a constant",
-      "check that depth belongs to the colour images, is registered to them and holds the "
-      "distance along the optical axis"};
 }
 
 }  // namespace highwall

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <optional>
 #include <span>
 
@@ -14,8 +13,7 @@ namespace highwall {
 
 // Tests by pairs of images whether depth belongs to what the images show: points of one depth move
 // as the camera moves, and with the depth of other places they do not (docs/misconfiguration.md,
-// Depth). The depth image is tried as it is, flipped, and as a constant; whichever of them explains
-// most matches is what the recording holds.
+// Depth). The depth image is tried as it is, flipped, and as a constant.
 class DepthMotion {
  public:
   // model: must outlive this object.
@@ -27,8 +25,6 @@ class DepthMotion {
            std::span<const FeatureMatch> matches);
   // Returns a finding if a flip explains the motion; empty where the motion does not tell.
   std::optional<SensorFinding> Mirrored() const;
-  // Returns a finding if a constant explains the motion nearly as well; likewise.
-  std::optional<SensorFinding> Inconsistent() const;
 
  private:
   enum Depth { kAsItIs, kLeftRight, kUpsideDown, kHalfTurn, kConstant, kCount };

@@ -130,11 +130,9 @@ std::optional<SensorFinding> CheckPairs(const Dataset& dataset, const RgbdSensor
   if (views.held.size() < kLeastPairs) return std::nullopt;
   // Wrong depth contradicts any lens.
   if (auto mirrored = motion.Mirrored()) return mirrored;
-  if (const auto estimate = EstimateLens(std::move(views), model)) {
-    auto lens = CompareLens(model.camera(), Constrained(*estimate, model.camera()), kLensTolerance);
-    if (lens) return lens;
-  }
-  return motion.Inconsistent();
+  const std::optional<LensEstimate> estimate = EstimateLens(std::move(views), model);
+  if (!estimate) return std::nullopt;
+  return CompareLens(model.camera(), Constrained(*estimate, model.camera()), kLensTolerance);
 }
 
 }  // namespace highwall

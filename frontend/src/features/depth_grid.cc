@@ -131,8 +131,9 @@ std::span<const std::uint16_t> DepthGrid::CellsOfDistortedPixels() const {
 
 cv::Mat DepthGrid::ToImage(const cv::Mat& cells) const {
   HIGHWALL_REQUIRE(
-      cells.type() == CV_8UC1 && cells.cols == camera_.width && cells.rows == camera_.height,
-      "DepthGrid::ToImage: the mask must be CV_8UC1, a cell a pixel");
+      cells.type() == CV_8UC1 && cells.cols == camera_.width && cells.rows == camera_.height &&
+          cells.isContinuous(),
+      "DepthGrid::ToImage: the mask must be CV_8UC1, a cell a pixel, without gaps between rows");
   cv::Mat image = cv::Mat::zeros(image_camera_.height, image_camera_.width, CV_8UC1);
   if (cv::countNonZero(cells) == 0) return image;
   if (image_camera_.HasDistortion()) {

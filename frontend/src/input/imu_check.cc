@@ -177,31 +177,34 @@ class Checker {
     }
   }
 
-  // Both must tell the same: a rate that was stated wrongly is harmless, and so is a recording that
-  // lasts longer than its video.
+  // A driver that counts readings of another rate stretches stamps to twice or half their length.
+  // Rate and span must tell the same: a rate that was stated wrongly is harmless by itself, and so
+  // is a recording that lasts longer than its video.
   void CheckClockRate() {
-    constexpr double kSame = 0.05;     // relative difference of two rates that are the same
-    constexpr double kNominal = 0.2;   // by which rates differ from the stated one
-    constexpr double kMargins = 3.0;   // [s] of readings before and after a video
+    constexpr double kSame = 0.05;     // relative difference of what is the same
+    constexpr double kMargins = 1.5;   // [s] of readings before and after a video, together
     constexpr double kShortest = 3.0;  // [s] of a video
-    if (options_.rate <= 0.0 || usable_.size() < 2) return;
     const double video = ToSeconds(video_.end - video_.begin);
     const double span = ToSeconds(usable_.back().stamp - usable_.front().stamp);
-    if (video < kShortest || span <= 0.0) return;
+    if (options_.rate <= 0.0 || video < kShortest || span <= 0.0) return;
     std::vector<double> steps;
     for (std::size_t i = 1; i < usable_.size(); ++i) {
       steps.push_back(ToSeconds(usable_[i].stamp - usable_[i - 1].stamp));
     }
-    const double rate = 1.0 / UpperMedian(std::move(steps));
-    const double slower = options_.rate / rate;
-    const double as_stated = span / slower;
-    const bool spans_video = as_stated > (1.0 - kSame) * video && as_stated < video + kMargins;
-    const bool spans_as_it_is = span > (1.0 - kSame) * video && span < video + kMargins;
-    if (std::abs(slower - 1.0) < kNominal || !spans_video || spans_as_it_is) return;
+    const double rate = static_cast<double>(steps.size()) / span;
+    const double stretch = options_.rate / rate;
+    const auto is = [](double value, double expected) {
+      return std::abs(value / expected - 1.0) < kSame;
+    };
+    if (!is(stretch, 2.0) && !is(stretch, 0.5)) return;
+    const double stated = span / stretch;
+    const bool agrees = stated > (1.0 - kSame) * video && stated < video + kMargins;
+    const bool agrees_as_it_is = span > (1.0 - kSame) * video && span < video + kMargins;
+    if (!agrees || agrees_as_it_is || !is(UpperMedian(std::move(steps)), 1.0 / rate)) return;
     Add(Kind::kClockRate, ImuSeverity::kFatal,
         "readings come at " + Rounded(rate) + " Hz over " + Rounded(span) +
             " s, not at the stated " + Rounded(options_.rate) + " Hz over the " + Rounded(video) +
-            " s of the video: their stamps are stretched by " + Rounded(slower));
+            " s of the video: divide the differences of their stamps by " + Rounded(stretch));
   }
 
   void CheckSpan() {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -113,9 +114,9 @@ class Judge {
     FitGyroscope();
     if (near_.front().fit.size() < kFewest) return {};
     const bool clock = IsClockContradicted(), gyroscope = !clock && IsGyroscopeContradicted();
-    const bool accelerometer =
-        !gyroscope && !clock && (IsAccelerometerContradicted() || IsUnitOfLeverArmWrong());
+    const bool accelerometer = !gyroscope && !clock && IsAccelerometerContradicted();
     if (gyroscope || clock || accelerometer) return Explain(clock);
+    if (const auto arm = UnitOfLeverArm()) return Named(*arm);
     if (IsGyroscopeSlightlyContradicted()) {
       ImuJudgement judgement = Explain(false);
       if (judgement.is_named) return judgement;
@@ -191,18 +192,6 @@ class Judge {
            excess > strictness_ * kSignificantSmall * free_->fit.Variance() &&
            excess > kSmallTurnError * kSmallTurnError * free_->fit.size() &&
            Share(excess, ExplainedByFree()) > strictness_ * kWrong * kWrong;
-  }
-
-  // A camera metres away from its IMU, which fits better with the same numbers in cm or mm.
-  bool IsUnitOfLeverArmWrong() {
-    if (configured_.lever_arm.norm() <= kLongArm) return false;
-    const AccelerometerFit& fit = Acceleration(Best(configured_.gyroscope, near_).clock);
-    if (fit.size() < kFewest) return false;
-    const auto squared = [&](double scale) {
-      return fit.Squared(configured_.accelerometer, scale * configured_.lever_arm);
-    };
-    return squared(1.0) - std::min(squared(0.01), squared(0.001)) >
-           strictness_ * kSignificantOffset * fit.Variance();
   }
 
   bool IsClockContradicted() const {
@@ -294,9 +283,16 @@ class Judge {
   }
 
   std::vector<Reading> SimpleReadings() const;
+  std::optional<Reading> UnitOfLeverArm();
   std::vector<Reading> TurnedReadings();
   Reading FreeLeverArm();
   ImuJudgement Explain(bool clock);
+  static ImuJudgement Named(const Reading& reading) {
+    return {.agreement = ImuAgreement::kContradicted,
+            .finding = SensorFinding{reading.fault, Trust::kDoubtful, reading.text,
+                                     reading.remedy + "; the images are used alone"},
+            .is_named = true};
+  }
 
   static SensorFinding Inconsistent() {
     return {.fault = SensorFault::kImuInconsistent,
@@ -364,6 +360,34 @@ std::vector<Reading> Judge::SimpleReadings() const {
     all.back().lever_arm *= scale;
   }
   return all;
+}
+
+// Of a camera metres away from its IMU: the reading in cm or mm if that fits better than the
+// configuration does, with any scale of the depth.
+std::optional<Reading> Judge::UnitOfLeverArm() {
+  constexpr double kLeastError = 0.05;  // [m/s^2]
+  if (configured_.lever_arm.norm() <= kLongArm) return std::nullopt;
+  const AccelerometerFit& fit = Acceleration(Best(configured_.gyroscope, near_).clock);
+  if (fit.size() < kFewest) return std::nullopt;
+  double configured = std::numeric_limits<double>::infinity();
+  for (int power = -16; power <= 16; ++power) {
+    const double scale = std::exp2(0.25 * power);
+    const Matrix3 A = scale * configured_.accelerometer;
+    configured = std::min({configured, fit.Squared(A, configured_.lever_arm),
+                           fit.Squared(A, scale * configured_.lever_arm)});
+  }
+  std::optional<Reading> best;
+  double least = configured - strictness_ * kSignificantOffset * fit.Variance();
+  const double error = kLeastError * fit.mean_weight();
+  least = std::min(least, configured - strictness_ * error * error * fit.size());
+  for (Reading& reading : SimpleReadings()) {
+    if (reading.fault != SensorFault::kImuLeverArm) continue;
+    const double squared = fit.Squared(reading.accelerometer, reading.lever_arm);
+    if (squared >= least) continue;
+    least = squared;
+    best = std::move(reading);
+  }
+  return best;
 }
 
 Reading Judge::FreeLeverArm() {
@@ -466,11 +490,8 @@ ImuJudgement Judge::Explain(bool clock) {
     }
   }
   judgement.is_named = !explaining.empty() && (is_unique || is_long);
-  if (judgement.is_named) {
-    const Reading& reading = explaining.front();
-    judgement.finding = SensorFinding{reading.fault, Trust::kDoubtful, reading.text,
-                                      reading.remedy + "; the images are used alone"};
-  } else if (is_long) {
+  if (judgement.is_named) return Named(explaining.front());
+  if (is_long) {
     judgement.finding = Inconsistent();
   }
   return judgement;

@@ -66,7 +66,8 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
     if (tracked.state == TrackingState::kTracking) KeepImagePose(tracked);
     if (tracked.state == TrackingState::kLost) {
       tracked.state = TrackingState::kInertial;
-      tracked.reference = last_keyframe_;
+      tracked.reference =
+          last_keyframe_ != kNoId ? last_keyframe_ : tracker_.reference().value_or(kNoId);
     }
     tracked.T_WC = *T_WC;
     if (tracked.state == TrackingState::kTracking) tracker_.Correct(*T_WC);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include <highwall/core/so3.h>
 
@@ -11,18 +12,28 @@ namespace {
 
 using Covariance = UncertaintyEstimator::Covariance;
 
-// Standard deviations of the accelerations of a camera in a hand or on a vehicle: where an image
-// constrains its pose at all, they add nothing to it.
+// Standard deviations of the accelerations of a camera in a hand or on a vehicle.
 constexpr double kAcceleration = 3.0;          // [m/s^2]
 constexpr double kAngularAcceleration = 10.0;  // [rad/s^2]
 
 // Returns the covariance of the motion over dt [s] that is predicted at constant velocity.
 Covariance PredictionNoise(double dt) {
+  constexpr double kShortest = 5e-3;  // [s] Stamps that repeat or jitter promise nothing.
+  dt = std::max(dt, kShortest);
   Eigen::Matrix<double, 6, 1> sigma;
   sigma << Eigen::Vector3d::Constant(kAcceleration),
       Eigen::Vector3d::Constant(kAngularAcceleration);
   sigma *= dt * dt;  // half of it by the mean velocity, half by the one that is predicted
   return sigma.cwiseAbs2().asDiagonal();
+}
+
+// Returns, in each direction, the lower of a covariance and that of the information: the estimate
+// is that of the image where it knows more, and the other does not add to it.
+Covariance Better(const Covariance& covariance, const Covariance& information) {
+  const Covariance L = covariance.llt().matrixL();
+  const Eigen::SelfAdjointEigenSolver<Covariance> eigen(L.transpose() * information * L);
+  const Covariance LV = L * eigen.eigenvectors();
+  return LV * eigen.eigenvalues().cwiseMax(1.0).cwiseInverse().asDiagonal() * LV.transpose();
 }
 
 // Returns the derivative of the tangent of T_WC = T_WK T_KC, along the axes of C, by that of T_WK,
@@ -42,12 +53,12 @@ PoseUncertainty UncertaintyEstimator::OfImage(Stamp stamp, const AnchoredPose& p
   // The errors of the landmarks, each of which is the mean of its observations, add to that of the
   // image.
   const double scale = 1.0 + 1.0 / image.observers;
-  Covariance information = image.information_C / (scale * std::max(image.error, noise_.min_error));
+  const Covariance information =
+      image.information_C / (scale * std::max(image.error, noise_.min_error));
   const Covariance predicted =
       measured_ ? Covariance(covariance_ + PredictionNoise(ToSeconds(stamp - *measured_)))
                 : Covariance(1e6 * Covariance::Identity());
-  information += predicted.llt().solve(Covariance::Identity());
-  const Covariance in_keyframe = information.llt().solve(Covariance::Identity());
+  const Covariance in_keyframe = Better(predicted, information);
   // The errors of neighbouring keyframes are not independent, and add up.
   of_keyframe_ = std::max(1.0, noise_.scale / scale) * in_keyframe;
   of_keyframe_.diagonal().head<3>().array() += noise_.position * noise_.position;

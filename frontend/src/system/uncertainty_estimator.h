@@ -17,9 +17,9 @@ namespace highwall {
 // Estimates how uncertain the poses of frames are (docs/pose_uncertainty.md). All covariances are
 // of a translation and a rotation along the axes of C, so that they hold however the map moves.
 //
-// A frame knows its pose from its image and, where that holds little, from the last frames: the
+// A frame knows its pose from its image or, where that holds less, from the last frames: the
 // acceleration of a camera is limited. A keyframe is as uncertain as the most certain of the
-// keyframes that it shares landmarks with, and its own pose relative to that.
+// keyframes that it shares most landmarks with, and its own pose relative to that.
 class UncertaintyEstimator {
  public:
   using Covariance = Eigen::Matrix<double, 6, 6>;
@@ -34,7 +34,7 @@ class UncertaintyEstimator {
   };
   // A frame whose pose its image determines.
   PoseUncertainty OfImage(Stamp stamp, const AnchoredPose& pose, const Image& image);
-  // A frame whose pose the IMU determines as well. covariance_C: of the pose in the map.
+  // A frame whose pose the IMU determines as well. covariance_C: of the pose in the map around it.
   PoseUncertainty OfSmoother(Stamp stamp, const AnchoredPose& pose, const Covariance& covariance_C);
   // The frame that begins a map.
   PoseUncertainty OfOrigin(Stamp stamp);
