@@ -18,7 +18,8 @@ PoseCovariance Rotated(const Eigen::Matrix3d& R, const PoseCovariance& covarianc
 }
 
 PoseCovariance InWorld(const PoseUncertainty& uncertainty, const Pose& T_WC) {
-  return Rotated(T_WC.R(), uncertainty.in_map);
+  constexpr double kLeast = 1e-10;  // [m^2, rad^2]
+  return Rotated(T_WC.R(), uncertainty.in_map) + kLeast * PoseCovariance::Identity();
 }
 
 }  // namespace highwall::apps

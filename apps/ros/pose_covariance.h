@@ -10,7 +10,7 @@
 namespace highwall::apps {
 
 // Returns the covariance of a pose in its map at the origin of the camera, along the axes of the
-// world.
+// world. It is never zero, as where a map begins, because zeros mean an unknown covariance in ROS.
 PoseCovariance InWorld(const PoseUncertainty& uncertainty, const Pose& T_WC);
 
 // Returns the covariance of a pose at another point of the same body. lever: [m] from the one to
