@@ -247,6 +247,14 @@ void BindSlamOptions(py::module_& module) {
       "deterministic: the same input gives the same output, bit for bit.");
 }
 
+// Returns a getter of one of the covariances of a frame.
+auto Covariance(Eigen::Matrix<double, 6, 6> PoseUncertainty::*which) {
+  return [which](const FrameResult& frame) -> std::optional<Eigen::Matrix<double, 6, 6>> {
+    if (!frame.uncertainty) return std::nullopt;
+    return *frame.uncertainty.*which;
+  };
+}
+
 void BindResults(py::module_& module) {
   py::enum_<TrackingState>(module, "TrackingState")
       .value("INITIALIZING", TrackingState::kInitializing)
@@ -271,19 +279,11 @@ void BindResults(py::module_& module) {
           },
           "Causal estimate; None without a pose.")
       .def_property_readonly(
-          "covariance",
-          [](const FrameResult& frame) -> std::optional<Eigen::Matrix<double, 6, 6>> {
-            if (!frame.uncertainty) return std::nullopt;
-            return frame.uncertainty->in_map;
-          },
+          "covariance", Covariance(&PoseUncertainty::in_map),
           "Of T_WC, 6 x 6: translation [m], then rotation [rad], both along the axes of C; None "
           "without a pose.")
       .def_property_readonly(
-          "covariance_in_keyframe",
-          [](const FrameResult& frame) -> std::optional<Eigen::Matrix<double, 6, 6>> {
-            if (!frame.uncertainty) return std::nullopt;
-            return frame.uncertainty->in_keyframe;
-          },
+          "covariance_in_keyframe", Covariance(&PoseUncertainty::in_keyframe),
           "The same of the pose relative to the keyframe that shares most landmarks with it.")
       .def_readonly("relocalized", &FrameResult::relocalized)
       .def_property_readonly("is_keyframe",

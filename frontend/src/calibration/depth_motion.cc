@@ -8,8 +8,6 @@
 #include <highwall/frontend/pose/pose_observations.h>
 #include <highwall/frontend/pose/pose_solver.h>
 
-#include "features/depth_grid.h"
-
 namespace highwall {
 namespace {
 
@@ -41,18 +39,13 @@ void DepthMotion::Add(const FrameFeatures& first, const FrameFeatures& second,
   const cv::Mat& cells = first.depth_grid;
   if (cells.empty()) return;
   const cv::Size size = cells.size();
-  const double cell_size =
-      static_cast<double>(std::max(model_.camera().width, model_.camera().height)) /
-      DepthGrid::kCells;
   std::array<std::vector<PosePoint>, kCount> points;
   std::vector<float> depths;
   for (const FeatureMatch& match : matches) {
     const PointFeature& a = first.points[static_cast<std::size_t>(match.query)];
     PointFeature b = second.points[static_cast<std::size_t>(match.train)];
     b.depth = 0.0;  // its pixel is observed
-    const cv::Point cell(
-        std::clamp(static_cast<int>((a.uv.x() + 0.5) / cell_size), 0, size.width - 1),
-        std::clamp(static_cast<int>((a.uv.y() + 0.5) / cell_size), 0, size.height - 1));
+    const cv::Point cell = grid_.CellOf(a.uv);
     std::array<float, kConstant> depth{};
     for (int flip = 0; flip < kConstant; ++flip) {
       depth[static_cast<std::size_t>(flip)] =

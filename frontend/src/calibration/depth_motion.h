@@ -9,6 +9,8 @@
 #include <highwall/frontend/input/sensor_verdict.h>
 #include <highwall/frontend/map/measurement_model.h>
 
+#include "features/depth_grid.h"
+
 namespace highwall {
 
 // Tests by pairs of images whether depth belongs to what the images show: points of one depth move
@@ -17,7 +19,7 @@ namespace highwall {
 class DepthMotion {
  public:
   // model: must outlive this object.
-  explicit DepthMotion(const MeasurementModel& model) : model_(model) {}
+  explicit DepthMotion(const MeasurementModel& model) : model_(model), grid_(model.camera()) {}
 
   // Adds the matches (query: of the first image, train: of the second) of a pair that agree with an
   // epipolar geometry.
@@ -33,6 +35,7 @@ class DepthMotion {
   double Unexplained(Depth depth) const;
 
   const MeasurementModel& model_;
+  DepthGrid grid_;
   int matches_ = 0;
   std::array<int, kCount> explained_{};  // matches
 };
