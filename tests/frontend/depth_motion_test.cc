@@ -71,7 +71,7 @@ TEST(DepthMotion, FindsNothingWhereDepthIsRight) {
   DepthMotion motion(model);
   AddPairs(
       kMotion, [](cv::Mat&) {}, &motion);
-  EXPECT_FALSE(motion.Mirrored());
+  EXPECT_FALSE(motion.Misread());
 }
 
 TEST(DepthMotion, FindsNothingWhereOnlyTheScaleIsWrong) {
@@ -79,7 +79,7 @@ TEST(DepthMotion, FindsNothingWhereOnlyTheScaleIsWrong) {
   DepthMotion motion(model);
   AddPairs(
       kMotion, [](cv::Mat& depth) { depth *= 0.2; }, &motion);
-  EXPECT_FALSE(motion.Mirrored());
+  EXPECT_FALSE(motion.Misread());
 }
 
 TEST(DepthMotion, NamesEachFlip) {
@@ -90,10 +90,22 @@ TEST(DepthMotion, NamesEachFlip) {
     DepthMotion motion(model);
     AddPairs(
         kMotion, [axis = axis](cv::Mat& depth) { cv::flip(depth, depth, axis); }, &motion);
-    const auto finding = motion.Mirrored();
+    const auto finding = motion.Misread();
     ASSERT_TRUE(finding) << text;
     EXPECT_EQ(finding->fault, SensorFault::kDepthMirrored);
     EXPECT_NE(finding->text.find(text), std::string::npos) << finding->text;
+  }
+}
+
+TEST(DepthMotion, NamesInverseDepthAtAnyScale) {
+  const MeasurementModel model(kSensor, {});
+  for (const double at_one_metre : {0.2, 1.0, 4.0}) {
+    DepthMotion motion(model);
+    AddPairs(
+        kMotion, [=](cv::Mat& depth) { depth = at_one_metre / depth; }, &motion);
+    const auto finding = motion.Misread();
+    ASSERT_TRUE(finding) << at_one_metre;
+    EXPECT_EQ(finding->fault, SensorFault::kDepthInverse) << finding->text;
   }
 }
 
@@ -109,7 +121,7 @@ TEST(DepthMotion, FindsNothingWhereHalfOfTheImageMoves) {
     }
     motion.Add(moving.first, moving.second, moving.matches);
   }
-  EXPECT_FALSE(motion.Mirrored());
+  EXPECT_FALSE(motion.Misread());
 }
 
 TEST(DepthMotion, FindsNothingInARotation) {
@@ -118,7 +130,7 @@ TEST(DepthMotion, FindsNothingInARotation) {
   AddPairs(
       Pose(so3::Exp({0.05, -0.08, 0.1}), Eigen::Vector3d::Zero()),
       [](cv::Mat& depth) { cv::flip(depth, depth, 1); }, &motion);
-  EXPECT_FALSE(motion.Mirrored());
+  EXPECT_FALSE(motion.Misread());
 }
 
 TEST(DepthMotion, FindsNothingInFewMatches) {
@@ -127,7 +139,7 @@ TEST(DepthMotion, FindsNothingInFewMatches) {
   Pair pair = See(kMotion, 1);
   cv::flip(pair.first.depth_grid, pair.first.depth_grid, 1);
   motion.Add(pair.first, pair.second, pair.matches);
-  EXPECT_FALSE(motion.Mirrored());
+  EXPECT_FALSE(motion.Misread());
 }
 
 }  // namespace

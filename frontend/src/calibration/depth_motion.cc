@@ -46,8 +46,8 @@ void DepthMotion::Add(const FrameFeatures& first, const FrameFeatures& second,
     PointFeature b = second.points[static_cast<std::size_t>(match.train)];
     b.depth = 0.0;  // its pixel is observed
     const cv::Point cell = grid_.CellOf(a.uv);
-    std::array<float, kConstant> depth{};
-    for (int flip = 0; flip < kConstant; ++flip) {
+    std::array<float, kFlips> depth{};
+    for (int flip = 0; flip < kFlips; ++flip) {
       depth[static_cast<std::size_t>(flip)] =
           cells.at<float>(Flipped(cell, size, (flip & kLeftRight) != 0, (flip & kUpsideDown) != 0));
     }
@@ -56,7 +56,7 @@ void DepthMotion::Add(const FrameFeatures& first, const FrameFeatures& second,
     ProjectionRows<3> rows = model_.Rows(b);
     rows.A *= kSharper;
     rows.b *= kSharper;
-    for (int flip = 0; flip < kConstant; ++flip) {
+    for (int flip = 0; flip < kFlips; ++flip) {
       const auto i = static_cast<std::size_t>(flip);
       points[i].push_back({.p_W = model_.camera().Unproject(a.uv, static_cast<double>(depth[i])),
                            .rows = rows,
@@ -66,8 +66,12 @@ void DepthMotion::Add(const FrameFeatures& first, const FrameFeatures& second,
   if (depths.empty()) return;
   std::ranges::nth_element(depths, depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2));
   const double median = depths[depths.size() / 2];
-  points[kConstant] = points[kAsItIs];
+  points[kInverse] = points[kConstant] = points[kAsItIs];
   for (PosePoint& point : points[kConstant]) point.p_W *= median / point.p_W.z();
+  // At any scale, which the motion takes.
+  for (PosePoint& point : points[kInverse]) {
+    point.p_W *= (median / point.p_W.z()) * (median / point.p_W.z());
+  }
   matches_ += static_cast<int>(depths.size());
   for (std::size_t i = 0; i < kCount; ++i) explained_[i] += Explained(model_, points[i]);
 }
@@ -76,18 +80,24 @@ double DepthMotion::Unexplained(Depth depth) const {
   return 1.0 - static_cast<double>(explained_[depth]) / std::max(matches_, 1);
 }
 
-std::optional<SensorFinding> DepthMotion::Mirrored() const {
+std::optional<SensorFinding> DepthMotion::Misread() const {
   if (matches_ < kFewestMatches) return std::nullopt;
-  const Depth flip = std::ranges::min(std::array{kLeftRight, kUpsideDown, kHalfTurn}, {},
-                                      [this](Depth depth) { return Unexplained(depth); });
+  const Depth better = std::ranges::min(std::array{kLeftRight, kUpsideDown, kHalfTurn, kInverse},
+                                        {}, [this](Depth depth) { return Unexplained(depth); });
   const double stated = Unexplained(kAsItIs);
   if (stated < kUnexplained ||
-      Unexplained(flip) > kRemains * std::min(stated, Unexplained(kConstant))) {
+      Unexplained(better) > kRemains * std::min(stated, Unexplained(kConstant))) {
     return std::nullopt;
   }
-  const char* const how = flip == kLeftRight    ? "mirrored left to right"
-                          : flip == kUpsideDown ? "upside down"
-                                                : "turned by 180 degrees";
+  if (better == kInverse) {
+    return SensorFinding{SensorFault::kDepthInverse, Trust::kNotTrusted,
+                         "the colour images move as if the values of depth were disparities or "
+                         "inverse depths",
+                         "store z = focal length x baseline / disparity"};
+  }
+  const char* const how = better == kLeftRight    ? "mirrored left to right"
+                          : better == kUpsideDown ? "upside down"
+                                                  : "turned by 180 degrees";
   return SensorFinding{
       SensorFault::kDepthMirrored, Trust::kNotTrusted,
       std::string("depth is ") + how + " against the colour images: their motion agrees then",

@@ -15,7 +15,7 @@ namespace highwall {
 
 // Tests by pairs of images whether depth belongs to what the images show: points of one depth move
 // as the camera moves, and with the depth of other places they do not (docs/misconfiguration.md,
-// Depth). The depth image is tried as it is, flipped, and as a constant.
+// Depth). The depth image is tried as it is, flipped, as its inverse, and as a constant.
 class DepthMotion {
  public:
   // model: must outlive this object.
@@ -25,11 +25,13 @@ class DepthMotion {
   // epipolar geometry.
   void Add(const FrameFeatures& first, const FrameFeatures& second,
            std::span<const FeatureMatch> matches);
-  // Returns a finding if a flip explains the motion; empty where the motion does not tell.
-  std::optional<SensorFinding> Mirrored() const;
+  // Returns a finding if depth that is read otherwise explains the motion; empty where the motion
+  // does not tell.
+  std::optional<SensorFinding> Misread() const;
 
  private:
-  enum Depth { kAsItIs, kLeftRight, kUpsideDown, kHalfTurn, kConstant, kCount };
+  enum Depth { kAsItIs, kLeftRight, kUpsideDown, kHalfTurn, kInverse, kConstant, kCount };
+  static constexpr int kFlips = kInverse;  // the first of them, by the bits of their values
 
   // Share of the matches.
   double Unexplained(Depth depth) const;

@@ -129,7 +129,7 @@ std::optional<SensorFinding> CheckPairs(const Dataset& dataset, const RgbdSensor
   }
   if (views.held.size() < kLeastPairs) return std::nullopt;
   // Wrong depth contradicts any lens.
-  if (auto mirrored = motion.Mirrored()) return mirrored;
+  if (auto misread = motion.Misread()) return misread;
   const std::optional<LensEstimate> estimate = EstimateLens(std::move(views), model);
   if (!estimate) return std::nullopt;
   return CompareLens(model.camera(), Constrained(*estimate, model.camera()), kLensTolerance);
