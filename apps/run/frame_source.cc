@@ -13,7 +13,7 @@ FrameSource::FrameSource(const Dataset& dataset, ImageSource* camera, const Slam
   const FrameReaderOptions range{
       .begin = options.begin, .end = options.end, .prefetch = options.prefetch, .profile = profile};
   if (options.live) {
-    live_.emplace(dataset, range);
+    live_.emplace(dataset, range, options.live_rate);
   } else {
     reader_.emplace(dataset, range);
   }

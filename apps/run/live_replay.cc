@@ -4,8 +4,9 @@
 
 namespace highwall::apps {
 
-LiveReplay::LiveReplay(const Dataset& dataset, const FrameReaderOptions& options)
-    : reader_(dataset, options),
+LiveReplay::LiveReplay(const Dataset& dataset, const FrameReaderOptions& options, double rate)
+    : rate_(rate),
+      reader_(dataset, options),
       thread_(
           [this, label = ThreadLabel{"live replay", options.profile}](const std::stop_token& stop) {
             SetUpThread(label);
@@ -38,7 +39,8 @@ void LiveReplay::Play(const std::stop_token& stop) {
 }
 
 LiveReplay::Clock::time_point LiveReplay::Due(Stamp stamp) const {
-  return start_ + std::chrono::nanoseconds(stamp - *first_);
+  const double since = static_cast<double>(stamp - *first_) / rate_;
+  return start_ + std::chrono::nanoseconds(static_cast<Stamp>(since));
 }
 
 double LiveReplay::MillisecondsSince(Stamp stamp) const {

@@ -19,8 +19,8 @@ namespace highwall::apps {
 // the consumer is ready.
 class LiveReplay {
  public:
-  // dataset: must outlive the replay.
-  LiveReplay(const Dataset& dataset, const FrameReaderOptions& options);
+  // dataset: must outlive the replay. rate: > 0, of the pace of the stamps; 2: twice as fast.
+  LiveReplay(const Dataset& dataset, const FrameReaderOptions& options, double rate = 1.0);
 
   // Waits for the next frame; empty at the end. Rethrows an exception that stopped the reader.
   std::optional<RgbdImage> Next();
@@ -41,6 +41,7 @@ class LiveReplay {
   // Returns when the frame of this stamp arrives.
   Clock::time_point Due(Stamp stamp) const;
 
+  const double rate_;
   FrameReader reader_;
   FrameQueue queue_;
   std::atomic<std::size_t> position_ = 0;

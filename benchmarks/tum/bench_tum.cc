@@ -8,6 +8,7 @@
 // compared with each other instead (paired.h); "merge" creates the tables of stored runs, "figures"
 // compares with a file of figures (figures.h).
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
@@ -40,7 +41,8 @@ struct ReportArguments {
   std::vector<std::string> sequences;
   std::vector<std::string> references;  // NAME=DIR
   std::string out;
-  bool json = false, markdown = false, no_times = false, unit = false, paper = false;
+  bool json = false, markdown = false, no_times = false, paper = false;
+  MoreColumns more;
 };
 
 struct BenchArguments {
@@ -56,6 +58,7 @@ struct BenchArguments {
   std::string shard = "1/1";
   bool dense = false;
   bool deterministic = false;
+  double live_rate = 1.0;  // of more.live
   bool paired = false;
   std::pair<std::string, std::string> pair;  // of --paired
   std::string program;
@@ -99,6 +102,7 @@ SweepPlan PlanOf(const BenchArguments& arguments) {
                  .settings = SettingsOf(arguments),
                  .runs = arguments.runs,
                  .synchronous = arguments.deterministic,
+                 .live_rate = arguments.report.more.live ? arguments.live_rate : 0.0,
                  .out = arguments.report.out,
                  .shard = ParseShard(arguments.shard)};
   for (const std::string& scene : arguments.scenes) {
@@ -115,7 +119,7 @@ ReportOptions ReportOptionsOf(const ReportArguments& arguments) {
   if (arguments.json) options.format = ReportFormat::kJson;
   if (arguments.markdown || arguments.paper) options.format = ReportFormat::kMarkdown;
   options.times = !arguments.no_times;
-  options.unit = arguments.unit;
+  options.unit = arguments.more.unit;
   options.paper = arguments.paper;
   for (const std::string& text : arguments.references) {
     options.references.push_back(ParseReference(text));
@@ -131,10 +135,11 @@ void Run(const BenchArguments& arguments) {
   SweepPlan plan = PlanOf(arguments);
   const apps::StopSignals signals;
   plan.stop = [&signals] { return signals.caught() != 0; };
-  if (text) fmt::print("{}", TextHeader(options.unit));
+  const MoreColumns& more = arguments.report.more;
+  if (text) fmt::print("{}", TextHeader(more));
   const std::vector<RunRecord> records = RunSweep(plan, [&](const std::vector<RunRecord>& group) {
     if (!text) return;
-    fmt::print("{}", TextLine(MakeRow(group), options.unit));
+    fmt::print("{}", TextLine(MakeRow(group), more));
     std::fflush(stdout);
   });
   const bool has_tables = plan.shard.count == 1 && !records.empty();  // a shard has none
@@ -147,8 +152,11 @@ void Merge(const std::vector<std::string>& sweeps, const ReportArguments& argume
       MergeRecords({sweeps.begin(), sweeps.end()}, arguments.sequences);
   const ReportOptions options = ReportOptionsOf(arguments);
   if (options.format == ReportFormat::kText) {
-    fmt::print("{}", TextHeader(options.unit));
-    for (const SweepRow& row : MakeRows(records)) fmt::print("{}", TextLine(row, options.unit));
+    MoreColumns more = arguments.more;
+    more.live = std::ranges::any_of(
+        records, [](const RunRecord& record) { return record.key.live_rate > 0.0; });
+    fmt::print("{}", TextHeader(more));
+    for (const SweepRow& row : MakeRows(records)) fmt::print("{}", TextLine(row, more));
   }
   Report(records, options);
 }
@@ -214,7 +222,7 @@ std::vector<CLI::Option*> AddReportOptions(CLI::App& app, ReportArguments& argum
       app.add_flag("--no-times", arguments.no_times,
                    "Without what depends on the machine: times and memory")
           ->needs(markdown),
-      app.add_flag("--unit", arguments.unit,
+      app.add_flag("--unit", arguments.more.unit,
                    "Show the processor time of a frame in units of cv::ORB::detectAndCompute too, "
                    "measured before and after each run"),
       app.add_flag("--paper", arguments.paper,
@@ -252,7 +260,9 @@ void CheckArguments(BenchArguments& arguments, const CLI::Option* paired) {
   if (!arguments.paired) {
     for (const NamedSetting& setting : SettingsOf(arguments)) {
       RequireSetting(setting.name, setting.switches,
-                     {.synchronous = arguments.deterministic, .map = setting.map});
+                     {.synchronous = arguments.deterministic,
+                      .map = setting.map,
+                      .live_rate = arguments.report.more.live ? arguments.live_rate : 0.0});
     }
     return;
   }
@@ -278,12 +288,20 @@ void AddOptions(CLI::App& app, BenchArguments& arguments) {
   CLI::Option* shard = app.add_option("--shard", arguments.shard,
                                       "Run only this part of the sweep: 2/4, the second of four")
                            ->check(IsShard());
-  app.add_flag("--deterministic", arguments.deterministic,
-               "Synchronous mode: everything on one thread");
+  CLI::Option* deterministic = app.add_flag("--deterministic", arguments.deterministic,
+                                            "Synchronous mode: everything on one thread");
+  CLI::Option* live = app.add_flag("--live", arguments.report.more.live,
+                                   "At the pace of the stamps: frames that come too fast are "
+                                   "dropped and counted, and the delay of the poses is measured")
+                          ->excludes(deterministic);
+  app.add_option("--rate", arguments.live_rate, "Of the pace of the stamps; 2: twice as fast")
+      ->check(apps::Between(0.1, 10.0))
+      ->needs(live)
+      ->capture_default_str();
   CLI::Option* paired = AddPairedOptions(app, arguments);
   for (CLI::Option* other : AddReportOptions(app, arguments.report)) other->excludes(paired);
   for (CLI::Option* other : AddSceneOptions(app, arguments)) other->excludes(paired);
-  for (CLI::Option* other : {settings, features, dense, shard}) other->excludes(paired);
+  for (CLI::Option* other : {settings, features, dense, shard, live}) other->excludes(paired);
   app.callback([&arguments, paired] { CheckArguments(arguments, paired); });
   app.footer(
       "Examples:\n"

@@ -46,6 +46,7 @@ std::vector<std::string> CommandLine(const std::string& dataset, const std::stri
                                      const SettingMode& mode = {}) {
   std::vector<std::string> words{"--dataset", dataset, "--out", out};
   if (mode.synchronous) words.push_back("--deterministic");
+  if (mode.live_rate > 0.0) words.push_back("--live");
   if (mode.map == MapChoice::kNone) words.push_back("--no-map");
   words.insert(words.end(), switches.begin(), switches.end());
   return words;
@@ -161,6 +162,7 @@ OwnSetting::OwnSetting(const std::string& setting, const std::filesystem::path& 
   const apps::SlamArguments arguments = ParseSetting(setting, directory.string(), mode);
   dataset_ = apps::OpenWithConfig(arguments.config, directory);
   options_ = apps::MakeOptions(arguments);
+  if (mode.live_rate > 0.0) options_.live_rate = mode.live_rate;
   constexpr double kPaperRange = 3.0;  // [m] section 4.1 of the paper
   if (mode.map == MapChoice::kPaper) {
     options_.map.cloud.max_depth = options_.map.octree.max_range = kPaperRange;

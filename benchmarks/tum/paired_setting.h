@@ -30,6 +30,7 @@ std::string ToString(MapChoice map);
 struct SettingMode {
   bool synchronous = true;  // one thread, the same result on every run
   MapChoice map = MapChoice::kNone;
+  double live_rate = 0.0;  // > 0: frames come at so many times the pace of their stamps
 };
 
 // A sequence that can be run with a setting: one thread, in synchronous mode, no dense map.
@@ -54,6 +55,8 @@ class OwnSetting final : public Setting {
              const SettingMode& mode = {});
 
   const Dataset& images() const { return *dataset_.images; }
+  // Whether frames arrive at the pace of their stamps.
+  bool is_live() const { return options_.live; }
   // Returns the complete result of a run in the mode of the constructor. stop: as
   // SlamRunOptions::stop. Throws the errors of the run, and std::runtime_error if a part of it
   // failed.

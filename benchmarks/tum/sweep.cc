@@ -48,6 +48,11 @@ void MakeImages(const Source& source, const std::filesystem::path& data) {
   });
 }
 
+std::string ModeText(const RunKey& key) {
+  if (key.live_rate > 0.0) return fmt::format(" live at {:g} times the pace", key.live_rate);
+  return key.synchronous ? " in synchronous mode" : "";
+}
+
 // Returns the run that an earlier process stored.
 std::optional<RunRecord> KeptRun(const SweepPlan& plan, const RunKey& key) {
   if (plan.out.empty()) return std::nullopt;
@@ -56,11 +61,10 @@ std::optional<RunRecord> KeptRun(const SweepPlan& plan, const RunKey& key) {
   RunRecord record = ReadRecord(file);
   const RunKey& kept = record.key;
   if (kept.setting.switches != key.setting.switches || kept.synchronous != key.synchronous ||
-      kept.setting.map != key.setting.map) {
+      kept.setting.map != key.setting.map || kept.live_rate != key.live_rate) {
     throw IoError(file,
                   fmt::format("is of '{}'{}, map: {}; remove it or choose another --out",
-                              kept.setting.switches, kept.synchronous ? " in synchronous mode" : "",
-                              ToString(kept.setting.map)));
+                              kept.setting.switches, ModeText(kept), ToString(kept.setting.map)));
   }
   return record;
 }
@@ -99,7 +103,8 @@ std::vector<RunRecord> RunSweep(const SweepPlan& plan, const GroupCallback& on_g
         for (int run = 1; run <= plan.runs; ++run) {
           if (count++ % plan.shard.count != plan.shard.number - 1) continue;
           std::optional<RunRecord> record =
-              RunOrRead(plan, source, {source.name, source.seed, setting, run, plan.synchronous});
+              RunOrRead(plan, source,
+                        {source.name, source.seed, setting, run, plan.synchronous, plan.live_rate});
           if (record) group.push_back(*std::move(record));
         }
       }

@@ -29,6 +29,7 @@ struct SweepPlan {
   std::vector<NamedSetting> settings;
   int runs = 5;  // of each, >= 1
   bool synchronous = false;
+  double live_rate = 0.0;     // as SettingMode::live_rate
   std::filesystem::path out;  // folder for the runs; empty: they are not kept
   Shard shard;
   std::function<bool()> stop{};  // called between frames: true ends the sweep; empty: never

@@ -62,16 +62,13 @@ void WriteRecord(const std::filesystem::path& sweep, const RunRecord& record) {
   std::filesystem::create_directories(path.parent_path(), error);
   if (error) throw IoError(path.parent_path(), "cannot be made: " + error.message());
   WriteTumTrajectory(TrajectoryFile(path), record.trajectory);
-  const nlohmann::json json{{"sequence", record.key.sequence},
-                            {"seed", record.key.seed},
-                            {"setting", record.key.setting.name},
-                            {"switches", record.key.setting.switches},
-                            {"map", ToString(record.key.setting.map)},
-                            {"run", record.key.run},
-                            {"lockstep", record.key.synchronous},
-                            {"versions", apps::VersionsJson()},
-                            {"figures", record.figures},
-                            {"loss_reasons", record.loss_reasons}};
+  const nlohmann::json json{
+      {"sequence", record.key.sequence},         {"seed", record.key.seed},
+      {"setting", record.key.setting.name},      {"switches", record.key.setting.switches},
+      {"map", ToString(record.key.setting.map)}, {"run", record.key.run},
+      {"lockstep", record.key.synchronous},      {"live_rate", record.key.live_rate},
+      {"versions", apps::VersionsJson()},        {"figures", record.figures},
+      {"loss_reasons", record.loss_reasons}};
   AtomicFile file(path);
   file.stream() << apps::JsonText(json, 2) << '\n';
   file.Commit();
@@ -90,6 +87,7 @@ RunRecord ReadRecord(const std::filesystem::path& file) {
     record.key.setting.map = MapChoiceOf(json.at("map"));
     json.at("run").get_to(record.key.run);
     json.at("lockstep").get_to(record.key.synchronous);
+    record.key.live_rate = json.value("live_rate", 0.0);  // absent from earlier versions
     json.at("figures").get_to(record.figures);
     json.at("loss_reasons").get_to(record.loss_reasons);
   } catch (const nlohmann::json::exception& error) {

@@ -29,6 +29,7 @@ struct RunKey {
   NamedSetting setting;
   int run = 1;  // counted from 1
   bool synchronous = false;
+  double live_rate = 0.0;  // as SettingMode::live_rate
 };
 
 struct RunRecord {

@@ -126,6 +126,15 @@ void AddTimes(const apps::SlamRun& run, Scores* figures) {
   f["peak_memory_mib"] = apps::PeakMemoryMib();
 }
 
+void AddLive(const apps::SlamRun& run, const Trajectory* truth, Scores* figures) {
+  Scores& f = *figures;
+  f["dropped_frames"] = static_cast<double>(run.dropped);
+  f["delay_ms"] = run.times.delay.median;
+  f["delay_p99_ms"] = run.times.delay.p99;
+  AddError(
+      "causal_ape", truth, [&] { return AbsolutePoseError(*truth, run.largest.causal); }, figures);
+}
+
 void AddUnits(const OrbUnit& orb, Scores* figures) {
   Scores& f = *figures;
   f["orb_ms"] = orb.WallMs();
@@ -146,7 +155,7 @@ void AddMapSizes(const DenseMap& map, Scores* figures) {
 void AddCounts(const apps::SlamRun& run, Scores* figures) {
   Scores& f = *figures;
   f["coverage"] = apps::Coverage(run);
-  f["frames"] = static_cast<double>(run.frames + run.skipped);
+  f["frames"] = static_cast<double>(run.frames + run.skipped + run.dropped);
   f["lost_frames"] = static_cast<double>(run.lost.size());
   f["submaps"] = static_cast<double>(run.others.size() + (run.largest.trajectory.empty() ? 0 : 1));
   f["loops_closed"] = static_cast<double>(run.loops.closed);
@@ -160,8 +169,9 @@ void AddCounts(const apps::SlamRun& run, Scores* figures) {
 std::optional<RunRecord> RunOnce(const std::filesystem::path& dataset, const RunKey& key,
                                  const std::function<bool()>& stop) {
   if (key.synchronous) cv::setNumThreads(1);  // as `highwall slam --deterministic`
-  const OwnSetting setting(key.setting.switches, dataset,
-                           {.synchronous = key.synchronous, .map = key.setting.map});
+  const OwnSetting setting(
+      key.setting.switches, dataset,
+      {.synchronous = key.synchronous, .map = key.setting.map, .live_rate = key.live_rate});
   OrbUnit orb(setting.images());
   orb.Measure(stop);
   ForgetPeakMemory();
@@ -173,6 +183,7 @@ std::optional<RunRecord> RunOnce(const std::filesystem::path& dataset, const Run
   AddUnits(orb, &record.figures);
   AddCounts(run, &record.figures);
   if (run.largest.dense) AddMapSizes(*run.largest.dense, &record.figures);
+  if (setting.is_live()) AddLive(run, setting.images().groundtruth(), &record.figures);
   apps::SubmapRun& map = run.largest;
   record.trajectory = std::move(map.adjusted.empty() ? map.trajectory : map.adjusted);
   AddErrors(setting.images().groundtruth(), record.trajectory, &record.figures);

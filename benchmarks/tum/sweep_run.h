@@ -34,6 +34,10 @@ inline constexpr RelativePoseErrorOptions kThirtyFrames{.delta = 30.0, .all_pair
 //                    the run; wall time, and processor time by the clock of that thread
 //   tracking_over_orb, processor_over_orb   in these units
 //   cloud_mb, octree_mb             of cloud.ply and map.bt, if there is a dense map
+//   dropped_frames, delay_ms, delay_p99_ms, causal_ape_*    in live mode: frames that came too
+//   fast,
+//                    the time from the arrival of a frame to its pose, and the errors of the poses
+//                    as they were at that time
 std::optional<RunRecord> RunOnce(const std::filesystem::path& dataset, const RunKey& key,
                                  const std::function<bool()>& stop = {});
 

@@ -51,6 +51,10 @@ constexpr Column kMarkdownColumns[] = {
     {"RPE RMSE, 30 frames [mm]", "rpe_30_frames_rmse_m", 1e3, 2},
     {"coverage", "coverage", 1.0, 3},
     {"lost", "lost_frames", 1.0, 0},
+    {"causal APE RMSE [mm]", "causal_ape_rmse_m", 1e3, 2},
+    {"dropped", "dropped_frames", 1.0, 0, true},
+    {"delay, median [ms]", "delay_ms", 1.0, 1, true},
+    {"delay, 99 % [ms]", "delay_p99_ms", 1.0, 0, true},
     {"frame, median [ms]", "frame_ms", 1.0, 1, true},
     {"frame, 95 % [ms]", "frame_p95_ms", 1.0, 0, true},
     {"frame, 99 % [ms]", "frame_p99_ms", 1.0, 0, true},
@@ -69,6 +73,11 @@ struct TextColumn {
   const char* figure;
   int width, digits;
   bool of_unit = false;  // in units of cv::ORB
+  bool of_live = false;  // of live mode
+
+  bool IsIn(const MoreColumns& more) const {
+    return (more.unit || !of_unit) && (more.live || !of_live);
+  }
 };
 
 constexpr TextColumn kTextColumns[] = {{"APE m", "ape_rmse_m", 8, 5},
@@ -76,6 +85,10 @@ constexpr TextColumn kTextColumns[] = {{"APE m", "ape_rmse_m", 8, 5},
                                        {"RPE30 m", "rpe_30_frames_rmse_m", 8, 5},
                                        {"cover", "coverage", 6, 3},
                                        {"lost", "lost_frames", 5, 0},
+                                       {"causal", "causal_ape_rmse_m", 8, 5, false, true},
+                                       {"drop", "dropped_frames", 5, 0, false, true},
+                                       {"delay", "delay_ms", 6, 1, false, true},
+                                       {"delay 99", "delay_p99_ms", 8, 1, false, true},
                                        {"kf", "keyframes", 4, 0},
                                        {"track ms", "tracking_ms", 8, 2},
                                        {"track 99", "tracking_p99_ms", 8, 2},
@@ -150,18 +163,18 @@ std::vector<SweepRow> MakeRows(const std::vector<RunRecord>& records) {
   return rows;
 }
 
-std::string TextHeader(bool unit) {
+std::string TextHeader(const MoreColumns& more) {
   std::string line = fmt::format("{:<23} {:<16}", "sequence", "setting");
   for (const TextColumn& column : kTextColumns) {
-    if (unit || !column.of_unit) line += fmt::format(" {:>{}}", column.title, column.width);
+    if (column.IsIn(more)) line += fmt::format(" {:>{}}", column.title, column.width);
   }
   return line + '\n';
 }
 
-std::string TextLine(const SweepRow& row, bool unit) {
+std::string TextLine(const SweepRow& row, const MoreColumns& more) {
   std::string line = fmt::format("{:<23} {:<16}", row.sequence, row.setting);
   for (const TextColumn& column : kTextColumns) {
-    if (!unit && column.of_unit) continue;
+    if (!column.IsIn(more)) continue;
     const auto figure = row.median.find(column.figure);
     const std::string cell = figure == row.median.end()
                                  ? "-"  // of a run by an earlier version

@@ -25,9 +25,15 @@ SweepRow MakeRow(std::vector<RunRecord> runs);
 // Returns the rows in the order of their first runs.
 std::vector<SweepRow> MakeRows(const std::vector<RunRecord>& records);
 
-// Text for a terminal. unit: include the processor time in units of cv::ORB.
-std::string TextHeader(bool unit = false);
-std::string TextLine(const SweepRow& row, bool unit = false);
+// Columns of the text for a terminal beside those that are always there.
+struct MoreColumns {
+  bool unit = false;  // processor time in units of cv::ORB
+  bool live = false;  // of runs in live mode: dropped frames, delays, errors of the causal poses
+};
+
+// Text for a terminal.
+std::string TextHeader(const MoreColumns& more = {});
+std::string TextLine(const SweepRow& row, const MoreColumns& more = {});
 // Returns {"sequences": {SEQUENCE: {SETTING: {"switches", "median", "low", "high", "loss_reasons",
 // "runs"}}}}.
 nlohmann::json ToJson(const std::vector<SweepRow>& rows);

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <new>
+#include <optional>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -51,6 +52,18 @@ TEST(LiveReplay, EveryFrameArrivesOrIsCounted) {
   EXPECT_EQ(stamps.back(), dataset.stamp(5));
   EXPECT_EQ(replay.position(), replay.count());
   EXPECT_FALSE(replay.Next());
+}
+
+TEST(LiveReplay, ARateDividesTheTimesBetweenFrames) {
+  const FakeDataset dataset(FromSeconds(10.0));
+  const auto start = Clock::now();
+  LiveReplay replay(dataset, {}, 1e4);  // a frame each millisecond
+  std::optional<Stamp> last;
+  while (const auto image = replay.Next()) last = image->stamp;
+  const auto taken = Clock::now() - start;
+  EXPECT_EQ(last, dataset.stamp(5));
+  EXPECT_GE(taken, std::chrono::milliseconds(5)) << "too early";
+  EXPECT_LT(taken, std::chrono::seconds(10)) << "at the pace of the stamps the second frame is due";
 }
 
 TEST(LiveReplay, StopsInTheMiddleWithoutWaitingForTheNextFrame) {

@@ -200,6 +200,43 @@ TEST_F(BenchTum, ShowsTheProcessorTimeInUnitsOfOrbOnRequest) {
       << table;
 }
 
+TEST_F(BenchTum, LiveRunsShowDroppedFramesDelaysAndCausalErrors) {
+  WriteSequence("room", 6);
+  const std::string sweep =
+      "--sequences room --runs 1 --features points --out " + Folder("kept").string();
+  const Outcome live = Bench(sweep + " --live --rate 0.5");
+  ASSERT_EQ(live.exit_code, 0) << live.err;
+  for (const char* title : {"causal", "drop", "delay 99"}) {
+    EXPECT_TRUE(testing::Contains(live.out, title)) << live.out;
+  }
+  const json report = json::parse(Bench(sweep + " --live --rate 0.5 --json").out);
+  const json& figures = report["sequences"]["room"]["points"]["median"];
+  EXPECT_EQ(figures["frames"], 6.0) << "dropped ones included";
+  EXPECT_GE(figures["dropped_frames"], 0.0);
+  EXPECT_GT(figures["delay_ms"], 0.0);
+  EXPECT_GE(figures["delay_p99_ms"], figures["delay_ms"]);
+  EXPECT_GT(figures["causal_ape_rmse_m"], 0.0);
+  EXPECT_LT(figures["causal_ape_rmse_m"], 0.02);  // six frames of a slow walk
+  // A kept run is not taken for one at another pace.
+  testing::ExpectRefused(Bench(sweep + " --live --json"), 2,
+                         {"is of", "live at 0.5 times the pace"});
+  testing::ExpectRefused(Bench(sweep + " --json"), 2, {"is of", "live at 0.5 times the pace"});
+}
+
+TEST_F(BenchTum, OtherRunsHaveNoColumnsOfLiveOnes) {
+  WriteSequence("room", 4);
+  const Outcome outcome = Bench("--sequences room --runs 1 --features points --deterministic");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_FALSE(testing::Contains(outcome.out, "causal")) << outcome.out;
+  EXPECT_FALSE(testing::Contains(outcome.out, "delay")) << outcome.out;
+}
+
+TEST_F(BenchTum, ALiveRunIsNotDeterministic) {
+  testing::ExpectRefused(Bench("--sequences room --live --deterministic"), 1,
+                         {"--live", "--deterministic"});
+  testing::ExpectRefused(Bench("--sequences room --rate 2"), 1, {"--rate", "--live"});
+}
+
 TEST_F(BenchTum, AMissingSequenceIsOneLineAndExitCodeTwo) {
   testing::ExpectRefused(Bench("--sequences nowhere --json"), 2, {"nowhere: does not exist"});
 }

@@ -116,7 +116,7 @@ TEST(SweepTables, ARowHasTheMedianAndTheSpreadOfItsRuns) {
   EXPECT_EQ(ToMarkdown(in_units).find("| 7.50 |"), std::string::npos);
   EXPECT_NE(ToMarkdown(in_units, true, true).find("| 7.50 |"), std::string::npos);
   EXPECT_EQ(ToMarkdown(in_units, false, true).find("| 7.50 |"), std::string::npos);
-  EXPECT_NE(TextLine(in_units[0], true).find(" 7.50 "), std::string::npos);
+  EXPECT_NE(TextLine(in_units[0], {.unit = true}).find(" 7.50 "), std::string::npos);
   EXPECT_EQ(TextLine(in_units[0]).find(" 7.50 "), std::string::npos);
   EXPECT_NE(TextLine(in_units[0]).find(" - "), std::string::npos) << "without the newer figures";
   EXPECT_EQ(ToCsv({rows[1]}),
