@@ -42,6 +42,7 @@ void AddDemoCommand(CLI::App& app, CommandAction& action);
 void AddEvalCommand(CLI::App& app, CommandAction& action);
 void AddImuNoiseCommand(CLI::App& app, CommandAction& action);
 void AddInfoCommand(CLI::App& app, CommandAction& action);
+void AddLiveCommand(CLI::App& app, CommandAction& action);
 void AddMapCommand(CLI::App& app, CommandAction& action);
 void AddMergeCommand(CLI::App& app, CommandAction& action);
 void AddPosegraphCommand(CLI::App& app, CommandAction& action);

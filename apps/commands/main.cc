@@ -52,6 +52,7 @@ void AddCommands(CLI::App& app, CommandAction& action) {
   AddEvalCommand(app, action);
   AddImuNoiseCommand(app, action);
   AddInfoCommand(app, action);
+  AddLiveCommand(app, action);
   AddMapCommand(app, action);
   AddMergeCommand(app, action);
   AddPosegraphCommand(app, action);

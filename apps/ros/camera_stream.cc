@@ -1,7 +1,5 @@
 #include "ros/camera_stream.h"
 
-#include <algorithm>
-#include <chrono>
 #include <string>
 #include <utility>
 
@@ -10,12 +8,6 @@
 #include <highwall/core/error.h>
 
 namespace highwall::apps {
-namespace {
-
-constexpr std::chrono::milliseconds kImuTimeout(300);  // for readings that should have arrived
-constexpr std::size_t kMostReadings = 20'000;          // that wait for an image
-
-}  // namespace
 
 CameraStream::CameraStream(const RgbdSensor& sensor, const CameraStreamOptions& options,
                            double imu_time_offset)
@@ -53,39 +45,20 @@ void CameraStream::AddDepth(Stamp stamp, const cv::Mat& stored) {
 }
 
 void CameraStream::AddImu(const ImuSample& sample) {
-  const std::lock_guard lock(mutex_);
-  readings_.push_back(sample);
-  if (readings_.size() > kMostReadings) readings_.pop_front();
-  newest_ = std::max(sample.stamp, newest_.value_or(sample.stamp));
-  imu_silent_ = false;
-  changed_.notify_all();
+  readings_.Add({&sample, 1});
 }
 
-void CameraStream::Close() {
+void CameraStream::Stop() {
   queue_.Close();
-  const std::lock_guard lock(mutex_);
-  closed_ = true;
-  changed_.notify_all();
+  readings_.Close();
 }
 
 std::optional<RgbdImage> CameraStream::Next() {
   std::optional<RgbdImage> image = queue_.Pop();
-  if (image && options_.imu_lead) WaitForImu(image->stamp);
+  if (image && options_.imu_lead) {
+    readings_.WaitFor(image->stamp + FromSeconds(imu_time_offset_ + *options_.imu_lead));
+  }
   return image;
-}
-
-void CameraStream::WaitForImu(Stamp image) {
-  const Stamp until = image + FromSeconds(imu_time_offset_ + *options_.imu_lead);
-  std::unique_lock lock(mutex_);
-  const auto is_there = [&] { return closed_ || imu_silent_ || (newest_ && *newest_ >= until); };
-  if (!changed_.wait_for(lock, kImuTimeout, is_there)) imu_silent_ = true;
-}
-
-std::vector<ImuSample> CameraStream::TakeImu() {
-  const std::lock_guard lock(mutex_);
-  std::vector<ImuSample> readings(readings_.begin(), readings_.end());
-  readings_.clear();
-  return readings;
 }
 
 }  // namespace highwall::apps

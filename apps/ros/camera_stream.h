@@ -1,18 +1,15 @@
 #pragma once
 
 #include <atomic>
-#include <condition_variable>
 #include <cstddef>
-#include <deque>
-#include <mutex>
 #include <optional>
 #include <vector>
 
 #include <highwall/frontend/input/frame_queue.h>
+#include <highwall/frontend/input/image_pairer.h>
 #include <highwall/frontend/input/image_source.h>
+#include <highwall/frontend/input/imu_inbox.h>
 #include <highwall/frontend/input/sensor.h>
-
-#include "ros/image_pairer.h"
 
 namespace highwall::apps {
 
@@ -37,11 +34,11 @@ class CameraStream final : public ImageSource {
   void AddColour(Stamp stamp, const cv::Mat& bgr);
   void AddDepth(Stamp stamp, const cv::Mat& stored);
   void AddImu(const ImuSample& sample);
-  // Ends the run after the images that wait.
-  void Close();
 
   std::optional<RgbdImage> Next() override;
-  std::vector<ImuSample> TakeImu() override;
+  std::vector<ImuSample> TakeImu() override { return readings_.Take(); }
+  // Ends the run after the images that wait.
+  void Stop() override;
   std::size_t waiting() const override { return queue_.size(); }
   std::size_t dropped() const override { return queue_.dropped(); }
   // Number of colour images without a depth image in time.
@@ -51,7 +48,6 @@ class CameraStream final : public ImageSource {
  private:
   void RequireSize(const cv::Mat& image) const;
   void Push(std::vector<RgbdImage> images);
-  void WaitForImu(Stamp image);
 
   const RgbdSensor sensor_;
   const CameraStreamOptions options_;
@@ -59,12 +55,7 @@ class CameraStream final : public ImageSource {
   ImagePairer pairer_;            // of the thread that adds
   FrameQueue queue_;
   std::atomic<std::size_t> unpaired_ = 0, out_of_order_ = 0;
-  std::mutex mutex_;  // of the following
-  std::condition_variable changed_;
-  std::deque<ImuSample> readings_;
-  std::optional<Stamp> newest_;  // reading
-  bool imu_silent_ = false;      // an image has waited in vain, and nothing arrived since
-  bool closed_ = false;
+  ImuInbox readings_;
 };
 
 }  // namespace highwall::apps

@@ -7,9 +7,7 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
-#include <stop_token>
 #include <system_error>
-#include <thread>
 #include <utility>
 
 #include <fmt/core.h>
@@ -20,6 +18,7 @@
 #include <highwall/frontend/input/sensor_profile.h>
 
 #include "cli/commands.h"
+#include "cli/watch.h"
 #include "run/config.h"
 #include "run/folder_lock.h"
 #include "run/output_checks.h"
@@ -44,21 +43,6 @@ void Print(const std::string& line) {
 fs::path FolderOf(const NodeOptions& options, int run) {
   return run == 1 ? options.slam.out : options.slam.out + "_" + std::to_string(run);
 }
-
-// Calls a function once when a condition holds, on a thread of its own.
-class Watch {
- public:
-  Watch(std::function<bool()> condition, std::function<void()> then)
-      : thread_([condition = std::move(condition), then = std::move(then)](std::stop_token stop) {
-          while (!stop.stop_requested()) {
-            if (condition()) return then();
-            std::this_thread::sleep_for(kPoll);
-          }
-        }) {}
-
- private:
-  std::jthread thread_;
-};
 
 // Returns the calibration of a file or a preset, else that of the camera's messages.
 ResolvedConfig ConfigOf(const NodeOptions& options, const CameraInfo& info) {
@@ -229,7 +213,7 @@ Answer NodeInlet::Ask(const Request& request, const std::string& answer) {
   const std::lock_guard lock(mutex_);
   if (!stream_ || request_) return {false, "no run has begun, or one is ending"};
   request_ = request;
-  stream_->Close();
+  stream_->Stop();
   return {true, answer};
 }
 
@@ -265,7 +249,7 @@ void NodeInlet::Connect(std::shared_ptr<CameraStream> stream,
 
 void NodeInlet::Close() {
   const std::lock_guard lock(mutex_);
-  if (stream_) stream_->Close();
+  if (stream_) stream_->Stop();
 }
 
 std::optional<NodeInlet::Request> NodeInlet::TakeRequest() {

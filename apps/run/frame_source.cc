@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <highwall/core/error.h>
 #include <highwall/internal/stage_timer.h>
 
 namespace highwall::apps {
@@ -22,9 +23,15 @@ FrameSource::FrameSource(const Dataset& dataset, ImageSource* camera, const Slam
 std::optional<RgbdImage> FrameSource::Next() {
   const StageTimer timer(profile_, "next image");
   if (camera_ == nullptr) return live_ ? live_->Next() : reader_->Next();
-  std::optional<RgbdImage> image = camera_->Next();
-  if (image) ++taken_;
-  return image;
+  try {
+    std::optional<RgbdImage> image = camera_->Next();
+    if (image) ++taken_;
+    return image;
+  } catch (const IoError& error) {
+    if (taken_ == 0) throw;
+    failure_ = error.what();
+    return std::nullopt;
+  }
 }
 
 std::size_t FrameSource::position() const {
@@ -53,6 +60,8 @@ std::size_t FrameSource::waiting() const {
 
 void FrameSource::Measure(Stamp stamp) {
   if (live_) delays_.push_back(live_->MillisecondsSince(stamp));
+  if (camera_ == nullptr) return;
+  if (const auto delay = camera_->MillisecondsSinceArrival()) delays_.push_back(*delay);
 }
 
 void ImuReplay::FeedUntil(Stamp image, SlamSystem& slam) {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <highwall/frontend/input/dataset.h>
@@ -33,6 +34,7 @@ class FrameSource {
   FrameSource(const Dataset& dataset, ImageSource* camera, const SlamRunOptions& options,
               RunProfile* profile);
 
+  // Throws as the reader, and as the camera unless that has given an image: a run has results then.
   std::optional<RgbdImage> Next();
   // Number of frames so far, including unusable and dropped ones, and of all of them: of a camera,
   // those so far.
@@ -43,6 +45,8 @@ class FrameSource {
   std::size_t left() const;
   // Number of frames that are late.
   std::size_t waiting() const;
+  // What ended the camera, if that failed after its first image; else empty.
+  const std::string& failure() const { return failure_; }
 
   // Measures the time since the frame of this stamp arrived, if frames come at their pace.
   void Measure(Stamp stamp);
@@ -55,6 +59,7 @@ class FrameSource {
   std::optional<FrameReader> reader_;  // one of the three
   std::optional<LiveReplay> live_;
   std::size_t taken_ = 0;  // from the camera
+  std::string failure_;
   std::vector<double> delays_;
 };
 

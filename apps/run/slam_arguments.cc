@@ -134,10 +134,25 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
                       "else the preset that its name gives)");
   AddMaxPairDifference(command, &arguments->max_pair_difference);
   AddFrameRate(command, &arguments->frame_rate);
-  CLI::Option* out = command->add_option("--out", arguments->out, "Folder for the results")
+  AddChoice<bool>(command, "--gps", &arguments->gps, {{"on", true}, {"off", false}},
+                  "on: the fixes of gps.csv keep the map from drifting, where the dataset has them "
+                  "(default: on)");
+  CLI::Option* deterministic =
+      command->add_flag("--deterministic", arguments->deterministic,
+                        "One thread; the same output, bit for bit, on every run");
+  command
+      ->add_flag("--live", arguments->live,
+                 "At the pace of the stamps; frames that come too fast are dropped and counted")
+      ->excludes(deterministic);
+  AddRunOptions(command, arguments, {dataset});
+}
+
+void AddRunOptions(CLI::App* command, SlamArguments* arguments,
+                   std::vector<CLI::Option*> unneeded) {
+  unneeded.push_back(command->add_option("--out", arguments->out, "Folder for the results")
                          ->required()
-                         ->check(NotEmpty());
-  AddSettings(command, arguments, {dataset, out});
+                         ->check(NotEmpty()));
+  AddSettings(command, arguments, unneeded);
   AddChoice<Features>(
       command, "--features", &arguments->features,
       {{"points", Features::kPoints}, {"lines", Features::kLines}, {"both", Features::kBoth}},
@@ -155,12 +170,9 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
       ->capture_default_str();
   command
       ->add_option("--imu", arguments->imu,
-                   "off, or the weight of its residuals: paper, fixed:W (default: 1 where the "
-                   "dataset has an IMU, less while it contradicts the images)")
+                   "off, or the weight of its residuals: paper, fixed:W (default: 1 where there is "
+                   "an IMU, less while it contradicts the images)")
       ->check(ImuChoice());
-  AddChoice<bool>(command, "--gps", &arguments->gps, {{"on", true}, {"off", false}},
-                  "on: the fixes of gps.csv keep the map from drifting, where the dataset has them "
-                  "(default: on)");
   AddChoice<bool>(command, "--moving-objects", &arguments->moving_objects,
                   {{"on", true}, {"off", false}},
                   "on: dynamic objects are masked out of tracking and mapping (default: on)");
@@ -169,13 +181,6 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
       Named<FrameTimingMode>(kChoices<FrameTimingMode>),
       "estimated: the readout of the rows and the delay of depth are estimated online, known: "
       "they are those of the calibration (default: estimated)");
-  CLI::Option* deterministic =
-      command->add_flag("--deterministic", arguments->deterministic,
-                        "One thread; the same output, bit for bit, on every run");
-  command
-      ->add_flag("--live", arguments->live,
-                 "At the pace of the stamps; frames that come too fast are dropped and counted")
-      ->excludes(deterministic);
   AddMapOptions(command, arguments);
   command->add_flag("--no-loops", arguments->no_loops, "Do not close loops");
   command->add_flag("--no-map", arguments->no_map, "No cloud, octree and grid");

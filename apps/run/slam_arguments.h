@@ -9,13 +9,14 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace highwall::apps {
 
 enum class Features { kPoints, kLines, kBoth };
 
-// Command-line arguments of `highwall slam`.
+// Command-line arguments of `highwall slam`, and those that `highwall live` shares.
 struct SlamArguments {
   std::string dataset, config, out, load_map, save_map, trace;
   std::string settings;          // a file
@@ -52,6 +53,9 @@ struct SlamArguments {
 // Adds the options to the command; `arguments` must outlive the parsing. CheckArguments() detects
 // contradictions between them.
 void AddSlamOptions(CLI::App* command, SlamArguments* arguments);
+// Adds those that do not depend on where the images come from. unneeded: options that are not
+// required for --print-settings.
+void AddRunOptions(CLI::App* command, SlamArguments* arguments, std::vector<CLI::Option*> unneeded);
 // Throws CLI::ValidationError.
 void CheckArguments(const SlamArguments& arguments);
 

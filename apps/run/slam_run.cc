@@ -480,6 +480,7 @@ SlamRun RunOn(const Dataset& dataset, ImageSource* camera, const RgbdSensor& sen
   const std::size_t dropped = reader.dropped(), left = reader.left();
   std::vector<LoopReport> last;
   std::vector<std::string> failures;
+  if (!reader.failure().empty()) failures.push_back(reader.failure());
   Attempt("last adjustment", &failures, [&] { last = slam.Finish(); });
   SlamRun run = tally.Take(loaded.First(slam.submaps(), slam.map()));
   run.map_met = loaded.IsMet(run.largest.submap, slam.map());
@@ -493,6 +494,7 @@ SlamRun RunOn(const Dataset& dataset, ImageSource* camera, const RgbdSensor& sen
   run.times.delay = Summarize(reader.delays());
   run.postponed = slam.postponed();
   run.left = left;
+  run.is_of_camera = camera != nullptr;
   run.skipped = reader.count() - run.left - run.frames - run.dropped;
   run.without_depth = CountWithoutDepth(dataset, options);
   run.keyframes = KeyFramesOf(run, loaded, slam.map());

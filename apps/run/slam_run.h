@@ -187,6 +187,7 @@ struct SlamRun {
   // Steps that failed at the end, with the reasons; other steps were not affected.
   std::vector<std::string> failures;
   std::size_t left = 0;  // unprocessed frames after SlamRunOptions::stop ended the run
+  bool is_of_camera = false;
 };
 
 // Returns the share of frames of the recording with a pose in any submap; unreadable and dropped
@@ -226,8 +227,9 @@ struct RunCallbacks {
 // and of the dense map at any time, are recorded in SlamRun::failures.
 SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const RunCallbacks& callbacks = {});
-// The same for a camera until it ends. With SlamRunOptions::imu its readings are those of the
-// camera. The total that callbacks receive is the number of frames so far.
+// The same for a camera until it ends; SlamRunOptions::stop is not asked (ImageSource::Stop). With
+// SlamRunOptions::imu its readings are those of the camera. The total that callbacks receive is the
+// number of frames so far. A camera that fails after its first image is one of the failures.
 SlamRun RunSlam(ImageSource& camera, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const RunCallbacks& callbacks = {});
 

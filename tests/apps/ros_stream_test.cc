@@ -8,8 +8,8 @@
 
 #include <highwall/core/error.h>
 
+#include <highwall/frontend/input/image_pairer.h>
 #include "ros/camera_stream.h"
-#include "ros/image_pairer.h"
 #include "ros/node_options.h"
 #include "ros/pose_covariance.h"
 #include "support/message_of.h"
@@ -18,7 +18,6 @@ namespace highwall::ros_stream_test {
 namespace {
 
 using apps::CameraStream;
-using apps::ImagePairer;
 
 constexpr Stamp kMs = 1'000'000;
 
@@ -98,7 +97,7 @@ TEST(CameraStream, ImagesOfAnotherSizeAreRefused) {
 TEST(CameraStream, TheOldestImageIsDroppedAndTheRestRemainAfterTheEnd) {
   CameraStream stream(SmallSensor(), {.queue = 2});
   for (Stamp stamp = 1; stamp <= 3; ++stamp) AddImages(stamp, stream);
-  stream.Close();
+  stream.Stop();
   EXPECT_EQ(stream.dropped(), 1u);
   EXPECT_EQ(stream.Next()->stamp, 2);
   EXPECT_EQ(stream.Next()->stamp, 3);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
+#include <random>
 #include <string>
 #include <thread>
 #include <vector>
@@ -52,9 +53,9 @@ class SlamSignals : public ::testing::Test {
   std::vector<std::string> Arguments() const {
     return {"slam", "--dataset", dataset().string(), "--out", run().string(), "--deterministic"};
   }
-  // Waits until the program has tracked a few frames.
-  void WaitForPoses(BackgroundProgram& program) const {
-    while (program.IsRunning() && CountLines(ReadText(causal())) < 4) {
+  // Waits until the program has tracked so many frames.
+  void WaitForPoses(BackgroundProgram& program, std::size_t frames = 4) const {
+    while (program.IsRunning() && CountLines(ReadText(causal())) < frames) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     ASSERT_TRUE(program.IsRunning());
@@ -82,8 +83,50 @@ class SlamSignals : public ::testing::Test {
     return FilesIn(out);
   }
 
+  // Expects the output of a run on the frames of its run.json alone, and returns their number.
+  std::size_t ExpectShortRun() const;
+  // Interrupts runs at random frames.
+  void Interrupt(int runs, unsigned seed);
+
   const testing::TemporaryDirectory folder_;
 };
+
+std::size_t SlamSignals::ExpectShortRun() const {
+  const Files files = FilesIn(run());
+  if (!files.contains("run.json")) {
+    ADD_FAILURE() << "no run.json";
+    return 0;
+  }
+  const json report = json::parse(files.at("run.json"));
+  const auto done = report.at("frames").get<std::size_t>();
+  const Files expected = FilesOfShortRun(done);
+  EXPECT_EQ(files.size(), expected.size());
+  for (const auto& [file, content] : expected) {
+    if (file == "run.json") continue;
+    EXPECT_TRUE(files.contains(file) && files.at(file) == content) << file;
+  }
+  const json ended = json::parse(expected.at("run.json"));
+  for (const char* const key : {"complete", "frames", "tracked_frames", "coverage", "keyframes",
+                                "landmarks", "submaps", "lost_stamps", "matched_per_frame"}) {
+    EXPECT_EQ(report.at(key), ended.at(key)) << key;
+  }
+  return done;
+}
+
+void SlamSignals::Interrupt(int runs, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_int_distribution<std::size_t> frame(1, kFrames - 4);
+  for (int i = 0; i < runs; ++i) {
+    const std::size_t at = frame(random);
+    SCOPED_TRACE(at);
+    fs::remove_all(run());
+    BackgroundProgram program(testing::kHighwallProgram, Arguments());
+    WaitForPoses(program, at);
+    program.Send(SIGINT);
+    EXPECT_EQ(program.ExitCode(), 128 + SIGINT);
+    EXPECT_GE(ExpectShortRun(), at);
+  }
+}
 
 // The result is the same as if the recording ended with that frame.
 TEST_F(SlamSignals, OneSignalEndsTheRunAtTheNextFrameAndLosesNothing) {
@@ -97,10 +140,8 @@ TEST_F(SlamSignals, OneSignalEndsTheRunAtTheNextFrameAndLosesNothing) {
     program.Send(signal);
     program.Send(signal);  // as timeout(1) sends it: to the process, and to its group
     EXPECT_EQ(program.ExitCode(), 128 + signal);
-    const Files files = FilesIn(run());
-    ASSERT_TRUE(files.contains("run.json"));
-    const json report = json::parse(files.at("run.json"));
-    const auto done = report.at("frames").get<std::size_t>();
+    const std::size_t done = ExpectShortRun();
+    const json report = json::parse(ReadText(run() / "run.json"));
     ASSERT_GE(done, 3U);
     ASSERT_LT(done, kFrames);
     const json stopped = {{"signal", name}, {"frames_done", done}, {"frames", kFrames}};
@@ -108,18 +149,18 @@ TEST_F(SlamSignals, OneSignalEndsTheRunAtTheNextFrameAndLosesNothing) {
     EXPECT_EQ(report["complete"], true);
     EXPECT_EQ(report["skipped_frames"], 0);
     EXPECT_EQ(report["coverage"], 1.0);
-    const Files expected = FilesOfShortRun(done);
-    EXPECT_EQ(files.size(), expected.size());
-    for (const auto& [file, content] : expected) {
-      ASSERT_TRUE(files.contains(file)) << file;
-      if (file != "run.json") {
-        EXPECT_TRUE(files.at(file) == content) << file;
-      }
-    }
   }
   const Outcome map = testing::RunProgram(
       testing::kHighwallProgram, "map " + run().string() + " --out " + (folder_ / "map").string());
   EXPECT_EQ(map.exit_code, 0) << map.err;
+}
+
+TEST_F(SlamSignals, AnInterruptedRunEqualsOneThatEndedThere) {
+  Interrupt(3, 1);
+}
+
+TEST_F(SlamSignals, TwentyInterruptedRunsEqualThoseThatEndedThere) {
+  Interrupt(20, 2);
 }
 
 TEST_F(SlamSignals, ARunThatIsNotStoppedDoesNotSaySo) {

@@ -42,8 +42,9 @@ TEST(Usage, AMisspeltCommandOptionOrWordIsNamedWithTheOneThatIsMeant) {
 }
 
 TEST(Usage, HelpShowsWordsAndNoneOfTheCode) {
-  for (const char* command : {"slam", "calibrate", "convert", "demo", "eval", "imu-noise", "info",
-                              "map", "map compare", "merge", "posegraph", "report", "simulate"}) {
+  for (const char* command :
+       {"slam", "calibrate", "convert", "demo", "eval", "imu-noise", "info", "live", "map",
+        "map compare", "merge", "posegraph", "report", "simulate"}) {
     const Outcome outcome = Highwall(std::string(command) + " --help");
     EXPECT_EQ(outcome.exit_code, 0) << command;
     for (const char* code : {"ENUM", "->", "value in", "BOOLEAN"}) {

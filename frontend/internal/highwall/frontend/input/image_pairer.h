@@ -9,7 +9,7 @@
 #include <highwall/core/stamp.h>
 #include <highwall/frontend/input/dataset.h>
 
-namespace highwall::apps {
+namespace [[gnu::visibility("default")]] highwall {
 
 // Pairs colour and depth images that arrive separately, each in the order of its stamps: a colour
 // image with the nearest depth image. Not thread-safe.
@@ -46,4 +46,4 @@ class ImagePairer {
   std::size_t unpaired_ = 0, out_of_order_ = 0;
 };
 
-}  // namespace highwall::apps
+}  // namespace highwall

@@ -1,9 +1,9 @@
-#include "ros/image_pairer.h"
+#include <highwall/frontend/input/image_pairer.h>
 
 #include <cstdlib>
 #include <utility>
 
-namespace highwall::apps {
+namespace highwall {
 
 bool ImagePairer::Add(Stamp stamp, cv::Mat image, std::optional<Stamp>* last,
                       std::deque<Waiting>* waiting) {
@@ -53,4 +53,4 @@ std::vector<RgbdImage> ImagePairer::Pair() {
   return pairs;
 }
 
-}  // namespace highwall::apps
+}  // namespace highwall
