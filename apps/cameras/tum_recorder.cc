@@ -27,6 +27,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Compression of the images: quick, and none while many wait, since a busy processor is slower than
+// a disk.
+constexpr int kQuick = 1, kNone = 0;
+
 // Appends by a single call, which neither a signal nor the end of the process cuts.
 void Append(const fs::path& file, const std::string& text) {
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
@@ -44,8 +48,8 @@ void Append(const fs::path& file, const std::string& text) {
   }
 }
 
-void WritePng(const fs::path& file, const cv::Mat& image) {
-  const std::vector<std::uint8_t> bytes = EncodePng(image);
+void WritePng(const fs::path& file, const cv::Mat& image, int compression) {
+  const std::vector<std::uint8_t> bytes = EncodePng(image, compression);
   AtomicFile png(file);
   png.stream().write(reinterpret_cast<const char*>(bytes.data()),
                      static_cast<std::streamsize>(bytes.size()));
@@ -113,10 +117,11 @@ void TumRecorder::Record() {
     if (waiting_.empty()) return;
     const Entry entry = std::move(waiting_.front());
     waiting_.pop_front();
+    const int compression = waiting_.size() < kMostWaiting / 4 ? kQuick : kNone;
     lock.unlock();
     std::string failure;
     try {
-      Write(entry);
+      Write(entry, compression);
     } catch (const std::exception& error) {
       failure = error.what();
     }
@@ -133,12 +138,12 @@ void TumRecorder::Record() {
 }
 
 // An image that a list names is there, and so is its depth; no reading follows a later image.
-void TumRecorder::Write(const Entry& entry) {
+void TumRecorder::Write(const Entry& entry, int compression) const {
   WriteReadings(entry.readings);
-  WriteImage(entry.image);
+  WriteImage(entry.image, compression);
 }
 
-void TumRecorder::WriteImage(const RgbdImage& image) const {
+void TumRecorder::WriteImage(const RgbdImage& image, int compression) const {
   const auto line = [](const std::string& stamp, const std::string& file) {
     return stamp + " " + file + "\n";
   };
@@ -146,8 +151,8 @@ void TumRecorder::WriteImage(const RgbdImage& image) const {
   const std::string depth_stamp = FormatStamp(image.depth_stamp.value_or(image.stamp));
   const std::string colour = "rgb/" + colour_stamp + ".png";
   const std::string depth = "depth/" + depth_stamp + ".png";
-  WritePng(folder_ / depth, StoredDepth(image.depth, sensor_));
-  WritePng(folder_ / colour, image.bgr);
+  WritePng(folder_ / depth, StoredDepth(image.depth, sensor_), compression);
+  WritePng(folder_ / colour, image.bgr, compression);
   Append(folder_ / "depth.txt", line(depth_stamp, depth));
   Append(folder_ / "rgb.txt", line(colour_stamp, colour));
 }

@@ -56,8 +56,9 @@ class TumRecorder {
   };
 
   void Record();
-  void Write(const Entry& entry);
-  void WriteImage(const RgbdImage& image) const;
+  // compression: of EncodePng().
+  void Write(const Entry& entry, int compression) const;
+  void WriteImage(const RgbdImage& image, int compression) const;
   void WriteReadings(const std::vector<ImuSample>& readings) const;
 
   const std::filesystem::path folder_;

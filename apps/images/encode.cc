@@ -18,7 +18,8 @@ namespace {
 using Bytes = std::vector<std::uint8_t>;
 
 void AppendBigEndian(std::uint32_t value, Bytes* bytes) {
-  for (const int shift : {24, 16, 8, 0}) bytes->push_back(static_cast<std::uint8_t>(value >> shift));
+  for (const int shift : {24, 16, 8, 0})
+    bytes->push_back(static_cast<std::uint8_t>(value >> shift));
 }
 
 void AppendChunk(std::string_view type, std::span<const std::uint8_t> data, Bytes* file) {
@@ -72,20 +73,22 @@ Bytes FilteredRows(const cv::Mat& image, const PngKind& kind) {
   return rows;
 }
 
-Bytes Compress(std::span<const std::uint8_t> bytes) {
-  constexpr int kLevel = 3;  // of 12; higher levels cost more time than writing more bytes does
+Bytes Compress(std::span<const std::uint8_t> bytes, int level) {
+  if (level < 0 || level > 12) {
+    throw std::invalid_argument("EncodePng: the compression must be from 0 to 12");
+  }
   const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> deflate(
-      libdeflate_alloc_compressor(kLevel), &libdeflate_free_compressor);
+      libdeflate_alloc_compressor(level), &libdeflate_free_compressor);
   if (!deflate) throw std::bad_alloc();
   Bytes out(libdeflate_zlib_compress_bound(deflate.get(), bytes.size()));
-  out.resize(libdeflate_zlib_compress(deflate.get(), bytes.data(), bytes.size(), out.data(),
-                                      out.size()));
+  out.resize(
+      libdeflate_zlib_compress(deflate.get(), bytes.data(), bytes.size(), out.data(), out.size()));
   return out;
 }
 
 }  // namespace
 
-Bytes EncodePng(const cv::Mat& image) {
+Bytes EncodePng(const cv::Mat& image, int compression) {
   const PngKind kind = KindOf(image);
   Bytes header;
   AppendBigEndian(static_cast<std::uint32_t>(image.cols), &header);
@@ -93,7 +96,7 @@ Bytes EncodePng(const cv::Mat& image) {
   header.insert(header.end(), {kind.bits, kind.colour, 0, 0, 0});
   Bytes file{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
   AppendChunk("IHDR", header, &file);
-  AppendChunk("IDAT", Compress(FilteredRows(image, kind)), &file);
+  AppendChunk("IDAT", Compress(FilteredRows(image, kind), compression), &file);
   AppendChunk("IEND", {}, &file);
   return file;
 }
@@ -108,10 +111,9 @@ Bytes EncodeJpeg(const cv::Mat& image, int quality) {
   if (!encoder) throw std::bad_alloc();
   unsigned char* encoded = nullptr;
   unsigned long size = 0;
-  const int status = tjCompress2(encoder.get(), image.data, image.cols,
-                                 static_cast<int>(image.step), image.rows,
-                                 grey ? TJPF_GRAY : TJPF_BGR, &encoded, &size,
-                                 grey ? TJSAMP_GRAY : TJSAMP_420, quality, 0);
+  const int status = tjCompress2(
+      encoder.get(), image.data, image.cols, static_cast<int>(image.step), image.rows,
+      grey ? TJPF_GRAY : TJPF_BGR, &encoded, &size, grey ? TJSAMP_GRAY : TJSAMP_420, quality, 0);
   const std::unique_ptr<unsigned char, decltype(&tjFree)> owner(encoded, &tjFree);
   if (status != 0) throw std::invalid_argument(tjGetErrorStr2(encoder.get()));
   return Bytes(encoded, encoded + size);

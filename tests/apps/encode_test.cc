@@ -1,6 +1,8 @@
 #include "images/encode.h"
 
+#include <cstdint>
 #include <stdexcept>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
@@ -23,6 +25,16 @@ TEST(EncodePng, KeepsEveryValue) {
     ASSERT_EQ(read.type(), type);
     EXPECT_EQ(cv::norm(read, image, cv::NORM_INF), 0.0) << type;
   }
+}
+
+TEST(EncodePng, CompressesAsMuchAsIsAskedFor) {
+  cv::Mat image(64, 80, CV_8UC3, cv::Scalar(10, 20, 30));
+  for (const int compression : {0, 1, 3, 12}) {
+    const std::vector<std::uint8_t> file = EncodePng(image, compression);
+    EXPECT_EQ(cv::norm(cv::imdecode(file, cv::IMREAD_UNCHANGED), image, cv::NORM_INF), 0.0);
+    EXPECT_EQ(file.size() > image.total() * image.elemSize(), compression == 0) << compression;
+  }
+  EXPECT_THROW(EncodePng(image, 13), std::invalid_argument);
 }
 
 TEST(EncodePng, EncodesAPartOfAnImage) {
