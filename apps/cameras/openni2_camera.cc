@@ -82,6 +82,7 @@ class OpenNi2Camera final : public ImageSource {
     Start(openni::SENSOR_DEPTH, openni::PIXEL_FORMAT_DEPTH_1_MM, calibration, &depth_);
     Synchronize();
     calibration_ = is_given ? *calibration : StatedCalibration();
+    calibration_.imu.reset();  // no such device has one
     calibration_.sensor.depth_factor =
         depth_.getVideoMode().getPixelFormat() == openni::PIXEL_FORMAT_DEPTH_100_UM ? 10'000.0
                                                                                     : 1000.0;

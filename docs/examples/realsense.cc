@@ -1,7 +1,6 @@
 // SLAM with a RealSense camera while it runs: realsense TRAJECTORY.txt; Enter ends it.
 #include <atomic>
 #include <cstdio>
-#include <exception>
 #include <thread>
 
 #include <highwall/core/trajectory.h>
@@ -15,10 +14,13 @@ class RealSense final : public highwall::ImageSource {
     rs2::config config;
     config.enable_stream(RS2_STREAM_COLOR, 640, 480, RS2_FORMAT_BGR8, 30);
     config.enable_stream(RS2_STREAM_DEPTH, 640, 480, RS2_FORMAT_Z16, 30);
-    const auto colour = pipeline_.start(config).get_stream(RS2_STREAM_COLOR);
-    const rs2_intrinsics lens = colour.as<rs2::video_stream_profile>().get_intrinsics();
-    calibration_.sensor.camera = {lens.width, lens.height, lens.fx, lens.fy, lens.ppx, lens.ppy};
-    calibration_.sensor.depth_noise = highwall::DepthNoise::Stereo();
+    const rs2::pipeline_profile started = pipeline_.start(config);
+    const auto colour = started.get_stream(RS2_STREAM_COLOR).as<rs2::video_stream_profile>();
+    const rs2_intrinsics lens = colour.get_intrinsics();
+    highwall::RgbdSensor& sensor = calibration_.sensor;
+    sensor.camera = {lens.width, lens.height, lens.fx, lens.fy, lens.ppx, lens.ppy};
+    sensor.depth_factor = 1.0 / started.get_device().first<rs2::depth_sensor>().get_depth_scale();
+    sensor.depth_noise = highwall::DepthNoise::Stereo();
   }
   std::optional<highwall::RgbdImage> Next() override {
     rs2::frameset frames;
@@ -28,13 +30,11 @@ class RealSense final : public highwall::ImageSource {
     if (stopped_) return std::nullopt;
     frames = align_.process(frames);  // depth to colour
     const rs2::video_frame colour = frames.get_color_frame();
-    const rs2::depth_frame depth = frames.get_depth_frame();
     const cv::Size size(colour.get_width(), colour.get_height());
     const cv::Mat bgr(size, CV_8UC3, const_cast<void*>(colour.get_data()));
-    const cv::Mat stored(size, CV_16UC1, const_cast<void*>(depth.get_data()));
-    return highwall::RgbdImage{.stamp = highwall::FromSeconds(1e-3 * colour.get_timestamp()),
-                               .bgr = bgr.clone(),
-                               .depth = highwall::MetricDepth(stored, 1.0 / depth.get_units())};
+    const cv::Mat z(size, CV_16UC1, const_cast<void*>(frames.get_depth_frame().get_data()));
+    return highwall::RgbdImage{highwall::FromSeconds(1e-3 * colour.get_timestamp()), bgr.clone(),
+                               highwall::MetricDepth(z, calibration_.sensor.depth_factor)};
   }
   void Stop() override { stopped_ = true; }
   const highwall::SensorCalibration* calibration() const override { return &calibration_; }
