@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <highwall/core/error.h>
 #include <highwall/internal/did_you_mean.h>
 #include <highwall/internal/number_text.h>
 
@@ -31,6 +32,25 @@ CLI::Validator Between(double min, double max) {
         return "must be a number " + range + ", is " + text;
       },
       range);
+}
+
+CLI::Option* AddTopics(CLI::App* command, BagTopics* topics) {
+  return command
+      ->add_option_function<std::string>(
+          "--topics", [topics](const std::string& text) { *topics = ReadBagTopics(text); },
+          "Topics of a bag; those that are left out are guessed: "
+          "colour=/a,depth=/b,imu=/c or gyroscope=/d,accelerometer=/e")
+      ->type_name("NAME=TOPIC,...")
+      ->check(CLI::Validator(
+          [](const std::string& text) -> std::string {
+            try {
+              ReadBagTopics(text);
+            } catch (const InvalidArgument& error) {
+              return error.what();
+            }
+            return "";
+          },
+          ""));
 }
 
 CLI::Validator NotEmpty() {

@@ -7,6 +7,8 @@
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 
+#include <highwall/frontend/input/dataset.h>
+
 namespace highwall::apps {
 
 // Accepts a number in [min, max]. CLI::Range lets NaN pass.
@@ -29,6 +31,9 @@ CLI::Option* AddFrameRate(CLI::App* command, Rate* rate) {
                    "Rate of the frames, where the recording has no stamps [1/s: 30]")
       ->check(Between(1e-3, 1e4));
 }
+
+// Adds --topics, stored in `topics`.
+CLI::Option* AddTopics(CLI::App* command, BagTopics* topics);
 
 // Accepts a non-empty name of a file or folder.
 CLI::Validator NotEmpty();

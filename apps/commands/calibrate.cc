@@ -39,6 +39,7 @@ struct CalibrateArguments {
   std::filesystem::path input;
   std::string config, trajectory, out;
   double max_pair_difference = kMaxPairDifference;  // [s]
+  BagTopics topics;
   bool keep_depth = false;
   bool intrinsics = false;
   bool json = false;
@@ -49,6 +50,7 @@ struct Recording {
   std::string config;           // as given to --config
   std::string trajectory;       // empty: to be estimated
   std::filesystem::path run{};  // that named it; empty: none
+  BagTopics topics{};           // of that run
 };
 
 // Resolves the input: a run, which names its dataset and configuration, or a dataset.
@@ -77,6 +79,7 @@ Recording Find(const CalibrateArguments& arguments) {
                             datasets[1].string() + ": give the dataset and --trajectory");
   }
   Recording recording{datasets.front(), arguments.config, arguments.trajectory, arguments.input};
+  recording.topics = InputOptionsOfRun(report).topics;
   if (recording.config.empty()) recording.config = CalibrationOfRun(arguments.input, report);
   if (recording.trajectory.empty()) {
     recording.trajectory =
@@ -197,8 +200,11 @@ void Take(const CameraImuCalibration& found, const ImuInput& imu, RunConfig* con
 int RunCalibrate(const CalibrateArguments& arguments) {
   if (!arguments.out.empty()) RequireFile(arguments.out);
   const Recording recording = Find(arguments);
-  const OpenedDataset opened = OpenWithConfig(
-      recording.config, recording.dataset, {.max_stamp_difference = arguments.max_pair_difference});
+  const bool has_topics = arguments.topics != BagTopics();
+  const DatasetOptions input{.max_stamp_difference = arguments.max_pair_difference,
+                             .topics = has_topics ? arguments.topics : recording.topics};
+  const OpenedDataset opened = OpenWithConfig(recording.config, recording.dataset, input);
+  PrintTopics("calibrate", *opened.images);
   if (!recording.run.empty()) {
     RequireRecordingOfRun(recording.dataset, *opened.images, recording.run);
   }
@@ -206,7 +212,7 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   RunConfig config = opened.config;
   const ImageCalibrationOptions wanted{.intrinsics = arguments.intrinsics,
                                        .keep_depth = arguments.keep_depth,
-                                       .max_pair_difference = arguments.max_pair_difference};
+                                       .images = input};
   std::optional<CalibratedImages> images;
   if (recording.trajectory.empty() || arguments.intrinsics) {
     images = CalibrateImages(recording.dataset, wanted, &config.sensor);
@@ -267,6 +273,7 @@ void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
       ->excludes(trajectory);
   command->add_option("--out", arguments->out, "calibration.yaml to write");
   AddMaxPairDifference(command, &arguments->max_pair_difference);
+  AddTopics(command, &arguments->topics);
   command->add_flag("--keep-depth", arguments->keep_depth,
                     "Keep the depth as it is: no scale, no offset, no pattern");
   command->add_flag("--json", arguments->json, "One JSON object on standard output");

@@ -20,12 +20,16 @@ struct ConvertArguments {
   std::string in, out, config;
   double max_pair_difference = kMaxPairDifference;  // [s]
   double frame_rate = kFrameRate;                   // [Hz]
+  BagTopics topics;
 };
 
 int RunConvert(const ConvertArguments& arguments) {
   const OpenedDataset recording = OpenWithConfig(
       arguments.config, arguments.in,
-      {.max_stamp_difference = arguments.max_pair_difference, .frame_rate = arguments.frame_rate});
+      {.max_stamp_difference = arguments.max_pair_difference,
+       .frame_rate = arguments.frame_rate,
+       .topics = arguments.topics});
+  PrintTopics("convert", *recording.images);
   for (const std::string& warning : recording.images->warnings()) PrintWarning("convert", warning);
   TumCopy copy;
   {
@@ -51,7 +55,7 @@ void AddConvertCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<ConvertArguments>();
   CLI::App* command =
       app.add_subcommand("convert", "Write a recording in another format as one of TUM RGB-D");
-  command->add_option("IN", arguments->in, "Folder of the recording, in any format that slam reads")
+  command->add_option("IN", arguments->in, "Folder or bag of the recording, in any format that slam reads")
       ->required();
   command->add_option("OUT", arguments->out, "Folder to write; it must be empty or not exist")
       ->required()
@@ -60,6 +64,7 @@ void AddConvertCommand(CLI::App& app, CommandAction& action) {
                       "tum1, tum2, tum3 or a YAML file (default: as for slam)");
   AddMaxPairDifference(command, &arguments->max_pair_difference);
   AddFrameRate(command, &arguments->frame_rate);
+  AddTopics(command, &arguments->topics);
   command->footer("Example:\n  highwall convert my_iphone_scan my_scan_tum");
   command->callback(
       [&action, arguments] { action = [arguments] { return RunConvert(*arguments); }; });

@@ -365,6 +365,7 @@ DatasetReport InspectDataset(const std::filesystem::path& directory, DatasetOpti
   DatasetReport report;
   report.directory = directory;
   report.format = reader->format;
+  report.topics = ToText(dataset.topics());
   DescribeStreams(dataset, &report);
   report.depth_factor = sensor.depth_factor;
 

@@ -61,6 +61,7 @@ struct DepthReport {
 struct DatasetReport {
   std::filesystem::path directory;
   std::string format;  // DatasetReader::format
+  std::string topics;  // of a bag, as --topics takes them; else empty
   StreamReport colour, depth, frames;
   double association_rate = 0.0;  // frames per colour image
   std::size_t usable_frames = 0;

@@ -98,6 +98,7 @@ std::string StreamText(const StreamReport& stream) {
 std::string ToJson(const DatasetReport& report) {
   Json json = {{"directory", report.directory.string()},
                {"format", report.format},
+               {"topics", report.topics},
                {"frames", report.frames.count},
                {"usable_frames", report.usable_frames},
                {"association_rate", report.association_rate},
@@ -138,7 +139,9 @@ std::string ToText(const DatasetReport& report) {
   TextWriter text;
   text.precision(4);
   text << report.directory.string() << "\n"
-       << "  format        " << report.format << "\n"
+       << "  format        " << report.format << "\n";
+  if (!report.topics.empty()) text << "  topics        " << report.topics << "\n";
+  text
        << "  frames        " << StreamText(report.frames) << "; " << report.usable_frames
        << " usable, " << report.width << " x " << report.height << "\n"
        << "  colour        " << StreamText(report.colour) << "\n"

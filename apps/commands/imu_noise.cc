@@ -17,6 +17,7 @@
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/calibration/imu_noise_estimation.h>
+#include <highwall/frontend/input/bag_imu.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/imu_check.h>
 
@@ -32,6 +33,7 @@ namespace {
 
 struct ImuNoiseArguments {
   std::filesystem::path input;
+  BagTopics topics;
   double from = 0.0;
   double to = std::numeric_limits<double>::infinity();
   bool assume_rest = false;
@@ -51,8 +53,9 @@ bool Matters(ImuFindingKind kind) {
          kind == ImuFindingKind::kAccelerometerInG;
 }
 
+// Returns the file of the readings; a bag is it itself.
 std::filesystem::path FileOf(const std::filesystem::path& input) {
-  if (!std::filesystem::is_directory(input)) return input;
+  if (!std::filesystem::is_directory(input) || IsBag(input)) return input;
   const auto found = FindImuFile(input);
   if (!found) throw IoError(input, "holds no imu.csv, imu.txt, imu0/data.csv, mav0/imu0/data.csv");
   return *found;
@@ -61,7 +64,8 @@ std::filesystem::path FileOf(const std::filesystem::path& input) {
 // Returns the readings between --from and --to, in order, repaired.
 std::vector<ImuSample> LoadSamples(const ImuNoiseArguments& arguments) {
   const std::filesystem::path file = FileOf(arguments.input);
-  const ImuRecording recording = ReadImu(file, kAnyTime);
+  const ImuRecording recording =
+      IsBag(file) ? ReadBagImu(file, arguments.topics) : ReadImu(file, kAnyTime);
   if (!recording.warning.empty()) PrintWarning("imu-noise", recording.warning);
   const auto [first, last] = std::ranges::minmax(recording.samples, {}, &ImuSample::stamp);
   const auto findings = CheckImu(recording.samples, {first.stamp, last.stamp});
@@ -236,7 +240,8 @@ void AddImuNoiseCommand(CLI::App& app, CommandAction& action) {
   CLI::App* command = app.add_subcommand(
       "imu-noise", "Noise densities of an IMU from readings at rest, by their Allan deviation.");
   const auto arguments = std::make_shared<ImuNoiseArguments>();
-  command->add_option("input", arguments->input, "imu.csv, or the folder of a dataset")->required();
+  command->add_option("input", arguments->input, "imu.csv, the folder of a dataset, or a bag")->required();
+  AddTopics(command, &arguments->topics);
   command->add_option("--from", arguments->from, "Only readings from here on [s], from the first")
       ->check(Between(0.0, kLongestRecording));
   command->add_option("--to", arguments->to, "Only readings before [s]")

@@ -63,6 +63,7 @@ struct MapArguments {
   int threads = 2;
   double memory_limit = 2048.0;               // [MB] of the octree
   std::optional<double> max_pair_difference;  // [s] default: that of the run
+  BagTopics topics;                           // likewise
   bool raw = false;
   bool overwrite = false;
   bool json = false;
@@ -241,10 +242,12 @@ int RunMap(const MapArguments& arguments) {
   const FolderLock lock(arguments.out);
   DatasetOptions images = source.images;
   if (arguments.max_pair_difference) images.max_stamp_difference = *arguments.max_pair_difference;
+  if (arguments.topics != BagTopics()) images.topics = arguments.topics;
   const OpenedDataset opened = OpenWithConfig(
       arguments.config.empty() ? source.config : arguments.config, source.dataset, images);
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
+  PrintTopics("map", dataset);
   CheckRecording(arguments, source, dataset);
   for (const std::string& warning : dataset.warnings()) {
     fmt::print(stderr, "highwall map: warning: {}\n", warning);
@@ -311,6 +314,7 @@ void AddMapCommand(CLI::App& app, CommandAction& action) {
   command->add_option("--config", arguments->config,
                       "Calibration, as in highwall slam [default: that of the run]");
   AddMaxPairDifference(command, &arguments->max_pair_difference);
+  AddTopics(command, &arguments->topics);
   command
       ->add_option("--every", arguments->every,
                    "Takes every n-th posed frame [keyframes: 1, else one in a third of a second]")

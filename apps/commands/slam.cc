@@ -55,9 +55,12 @@ int RunSlamCommand(const SlamArguments& arguments) {
   SlamSession session("slam", arguments);
   const OpenedDataset opened = OpenWithConfig(
       arguments.config, arguments.dataset,
-      {.max_stamp_difference = arguments.max_pair_difference, .frame_rate = arguments.frame_rate});
+      {.max_stamp_difference = arguments.max_pair_difference,
+       .frame_rate = arguments.frame_rate,
+       .topics = arguments.topics});
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
+  PrintTopics("slam", dataset);
   for (const std::string& warning : dataset.warnings()) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
   }
@@ -87,6 +90,9 @@ int RunSlamCommand(const SlamArguments& arguments) {
   report["recording"] = ToJson(IdentityOf(dataset));
   report["max_pair_difference_s"] = arguments.max_pair_difference;
   report["frame_rate_hz"] = arguments.frame_rate;
+  if (const std::string topics = ToText(dataset.topics()); !topics.empty()) {
+    report["topics"] = topics;
+  }
   report["depth_noise"] = ToJson(sensor.depth_noise);
   report["settings"] = ChangedSettings(options.slam);
   return session.Write(run, std::move(report), dataset.groundtruth() != nullptr);

@@ -76,11 +76,10 @@ std::string ImuText(const ImuRecording& imu) {
 
 // Returns the number of readings. Throws IoError as ReadImu().
 std::size_t CopyImu(const Dataset& images, const RunConfig& config, const fs::path& root) {
-  const std::optional<fs::path> file = images.imu_file();
-  if (!file) return 0;
+  if (!images.imu_file()) return 0;
   const Stamp offset = config.imu ? FromSeconds(config.imu->time_offset) : 0;
   const ImuRecording imu =
-      ReadImu(*file, {images.stamp(0) + offset, images.stamp(images.size() - 1) + offset});
+      images.ReadImu({images.stamp(0) + offset, images.stamp(images.size() - 1) + offset});
   simulate::WriteBytes(root / "imu.csv", ImuText(imu));
   return imu.samples.size();
 }

@@ -181,9 +181,7 @@ void BindDataset(py::module_& module) {
           "imu",
           [](const Dataset& dataset) {
             if (!dataset.imu_file() || dataset.size() == 0) return std::vector<ImuSample>();
-            return ReadImu(*dataset.imu_file(),
-                           {dataset.stamp(0), dataset.stamp(dataset.size() - 1)})
-                .samples;
+            return dataset.ReadImu({dataset.stamp(0), dataset.stamp(dataset.size() - 1)}).samples;
           },
           "The readings of its IMU, in the order of the file; empty where it has none.");
   py::class_<TumDataset, Dataset>(module, "TumDataset", "A recording in the layout of TUM RGB-D.")

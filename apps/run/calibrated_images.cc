@@ -60,7 +60,7 @@ bool IsPatternOff(const CameraCalibration& found, const DepthPattern& stated) {
 CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor& sensor,
                        const ImageCalibrationOptions& wanted, int round) {
   const std::unique_ptr<const Dataset> images =
-      OpenDataset(directory, sensor, {.max_stamp_difference = wanted.max_pair_difference});
+      OpenDataset(directory, sensor, wanted.images);
   SlamRunOptions options;
   options.slam = Deterministic(options.slam);  // one recording, one calibration: reproducible
   options.slam.depth_pattern.enabled = false;  // estimated from the whole recording, at the end

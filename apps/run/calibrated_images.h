@@ -17,7 +17,7 @@ namespace highwall::apps {
 struct ImageCalibrationOptions {
   bool intrinsics = false;                          // whether to estimate them
   bool keep_depth = false;                          // keep the stated depth calibration
-  double max_pair_difference = kMaxPairDifference;  // [s] as in OpenWithConfig()
+  DatasetOptions images{};                          // as in OpenWithConfig()
 };
 
 struct CalibratedImages {

@@ -57,15 +57,16 @@ std::optional<ImuInput> LoadImu(const Dataset& dataset,
   if (!file || dataset.size() == 0) return std::nullopt;
   const ImuCalibration stated = calibration.value_or(ImuCalibration{});
   const VideoSpan images{dataset.stamp(0), dataset.stamp(dataset.size() - 1)};
-  const ImuRecording recording = ReadImu(*file, InClockOf(stated, images));
+  const ImuRecording recording = dataset.ReadImu(InClockOf(stated, images));
   ImuInput input =
       CheckReadings(recording.samples, stated, images, calibration ? calibration->rate : 0.0);
   input.file = *file;
 
   if (!recording.warning.empty()) input.warnings.push_back(recording.warning);
   for (const ImuFinding& finding : input.findings) {
+    const bool has_line = finding.reading && !recording.lines.empty();
     const std::string line =
-        finding.reading ? ":" + std::to_string(recording.lines[*finding.reading]) : "";
+        has_line ? ":" + std::to_string(recording.lines[*finding.reading]) : "";
     input.warnings.push_back(
         file->string() + line + ": " + finding.text +
         (finding.severity == ImuSeverity::kFatal ? "; the IMU is not used" : ""));

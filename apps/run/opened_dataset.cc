@@ -2,10 +2,18 @@
 
 #include <utility>
 
+#include <fmt/core.h>
+
 #include <highwall/core/error.h>
 #include <highwall/internal/did_you_mean.h>
 
 namespace highwall::apps {
+
+void PrintTopics(const std::string& command, const Dataset& images) {
+  const std::string topics = ToText(images.topics());
+  if (topics.empty()) return;
+  fmt::print(stderr, "highwall {}: topics {}\n", command, topics);
+}
 
 OpenedDataset OpenWithConfig(const std::string& choice, const std::filesystem::path& directory,
                              const DatasetOptions& options) {

@@ -12,9 +12,9 @@
 namespace highwall::apps {
 
 // [s] default maximum time difference between colour and depth of a frame (--max-pair-difference).
-inline constexpr double kMaxPairDifference = DatasetOptions().max_stamp_difference;
+inline const double kMaxPairDifference = DatasetOptions().max_stamp_difference;
 // [Hz] default rate of frames without stamps (--fps).
-inline constexpr double kFrameRate = DatasetOptions().frame_rate;
+inline const double kFrameRate = DatasetOptions().frame_rate;
 
 // Dataset with the configuration of its sensors.
 struct OpenedDataset {
@@ -22,6 +22,10 @@ struct OpenedDataset {
   RunConfig config;
   std::string origin;  // human-readable source of the configuration
 };
+
+// Prints the topics that are read of a bag to standard error, as --topics takes them; nothing for
+// other recordings.
+void PrintTopics(const std::string& command, const Dataset& images);
 
 // Opens a recording as OpenDataset() with its configuration: that of `choice` or of a
 // calibration.yaml in its folder, else that which it states itself, else the one that

@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <highwall/frontend/input/bag_imu.h>
+
 #include <highwall/core/error.h>
 
 #include "files/json_text.h"
@@ -111,7 +113,7 @@ MapSource ResolveSource(const std::filesystem::path& source, const std::string& 
     resolved.trajectory = trajectory;
     resolved.keyframes = false;
   }
-  if (!std::filesystem::is_directory(resolved.dataset)) {
+  if (!std::filesystem::is_directory(resolved.dataset) && !IsBag(resolved.dataset)) {
     throw IoError(resolved.dataset, run ? "is the dataset of the run and not there: give --dataset"
                                         : "is neither a run nor a dataset");
   }

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 #include <highwall/frontend/input/open_dataset.h>
 
@@ -86,6 +87,10 @@ DatasetOptions InputOptionsOfRun(const nlohmann::json& report) {
   };
   read("max_pair_difference_s", 1.0, &options.max_stamp_difference);
   read("frame_rate_hz", 1e4, &options.frame_rate);
+  try {
+    options.topics = ReadBagTopics(TextAt(report, "topics"));
+  } catch (const InvalidArgument&) {  // changed by hand: they are guessed again
+  }
   return options;
 }
 
@@ -93,7 +98,7 @@ std::vector<fs::path> DatasetsOfRun(const fs::path& run, const nlohmann::json& r
   const fs::path name = TextAt(report, "dataset");
   std::vector<fs::path> places = PlacesOf(name, run);
   std::error_code error;
-  std::erase_if(places, [&](const fs::path& place) { return !fs::is_directory(place, error); });
+  std::erase_if(places, [&](const fs::path& place) { return !fs::exists(place, error); });
   if (name.is_absolute()) return places;
   const std::vector<Stamp> frames = StampsOf(report);
   const DatasetOptions options = InputOptionsOfRun(report);

@@ -126,14 +126,16 @@ void AddSettings(CLI::App* command, SlamArguments* arguments,
 
 void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
   CLI::Option* dataset = command
-                             ->add_option("--dataset", arguments->dataset,
-                                          "Folder of the recording: TUM RGB-D, EuRoC and others")
+                             ->add_option("--dataset,DATASET", arguments->dataset,
+                                          "Folder or bag of the recording: TUM RGB-D, EuRoC, ROS "
+                                          "and others")
                              ->required();
   command->add_option("--config", arguments->config,
                       "tum1, tum2, tum3 or a YAML file (default: calibration.yaml of the dataset, "
                       "else the preset that its name gives)");
   AddMaxPairDifference(command, &arguments->max_pair_difference);
   AddFrameRate(command, &arguments->frame_rate);
+  AddTopics(command, &arguments->topics);
   AddChoice<bool>(command, "--gps", &arguments->gps, {{"on", true}, {"off", false}},
                   "on: the fixes of gps.csv keep the map from drifting, where the dataset has them "
                   "(default: on)");

@@ -32,7 +32,8 @@ struct SlamArguments {
   double resolution = OctomapBuilderOptions().resolution;
   double max_pair_difference = kMaxPairDifference;  // [s]
   double frame_rate = kFrameRate;                   // [Hz]
-  std::string imu;                                  // --imu as given
+  BagTopics topics;
+  std::string imu;  // --imu as given
   bool gps = true;
   bool deterministic = false;
   bool live = false;

@@ -20,6 +20,7 @@ class CoveredLens final : public Dataset {
   Stamp stamp(std::size_t index) const override { return dataset_.stamp(index); }
   const Trajectory* groundtruth() const override { return dataset_.groundtruth(); }
   std::optional<std::filesystem::path> imu_file() const override { return dataset_.imu_file(); }
+  ImuRecording ReadImu(const VideoSpan& video) const override { return dataset_.ReadImu(video); }
 
  private:
   RgbdImage DoLoad(std::size_t index) const override;

@@ -15,6 +15,12 @@ void DatasetOptions::Validate() const {
                    "DatasetOptions::frame_rate must be positive, got " + FixedText(frame_rate));
 }
 
+ImuRecording Dataset::ReadImu(const VideoSpan& video) const {
+  const std::optional<std::filesystem::path> file = imu_file();
+  HIGHWALL_REQUIRE(file.has_value(), "Dataset::ReadImu: the recording has no IMU");
+  return highwall::ReadImu(*file, video);
+}
+
 std::optional<RgbdImage> Dataset::Load(std::size_t index) const {
   HIGHWALL_REQUIRE(index < size(), "frame " + std::to_string(index) + " of " +
                                        std::to_string(size()) + " does not exist");

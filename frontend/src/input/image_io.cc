@@ -90,8 +90,7 @@ cv::Mat DecodeByOpenCv(const std::filesystem::path& path, const Bytes& bytes,
 
 }  // namespace
 
-cv::Mat ReadColourImage(const std::filesystem::path& path) {
-  const Bytes bytes = ReadBytes(path);
+cv::Mat DecodeColourImage(const std::filesystem::path& path, const Bytes& bytes) {
   const auto image = DecodeDirectly(path, bytes);
   if (image && image->type() == CV_8UC3) return *image;
   if (image && image->type() == CV_8UC1) {
@@ -101,6 +100,21 @@ cv::Mat ReadColourImage(const std::filesystem::path& path) {
   }
   return DecodeByOpenCv(
       path, bytes, cv::ImreadModes(cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION));
+}
+
+cv::Mat DecodeDepthImage(const std::filesystem::path& path, const Bytes& bytes) {
+  const auto decoded = DecodeDirectly(path, bytes);
+  cv::Mat image = decoded ? *decoded : DecodeByOpenCv(path, bytes, cv::IMREAD_UNCHANGED);
+  if (image.type() != CV_16UC1) {
+    throw IoError(path, "is not a depth image: one channel of 16 bits is needed, found " +
+                            std::to_string(image.channels()) + " of " +
+                            std::to_string(8 * image.elemSize1()) + " bits");
+  }
+  return image;
+}
+
+cv::Mat ReadColourImage(const std::filesystem::path& path) {
+  return DecodeColourImage(path, ReadBytes(path));
 }
 
 cv::Mat ReadGreyImage(const std::filesystem::path& path) {
@@ -118,13 +132,7 @@ cv::Mat ReadStoredImage(const std::filesystem::path& path) {
 }
 
 cv::Mat ReadDepthImage(const std::filesystem::path& path) {
-  cv::Mat image = ReadStoredImage(path);
-  if (image.type() != CV_16UC1) {
-    throw IoError(path, "is not a depth image: one channel of 16 bits is needed, found " +
-                            std::to_string(image.channels()) + " of " +
-                            std::to_string(8 * image.elemSize1()) + " bits");
-  }
-  return image;
+  return DecodeDepthImage(path, ReadBytes(path));
 }
 
 }  // namespace highwall

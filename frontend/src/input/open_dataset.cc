@@ -5,9 +5,11 @@
 #include <string>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/bag_imu.h>
 #include <highwall/frontend/input/euroc_dataset.h>
 #include <highwall/frontend/input/tum_dataset.h>
 
+#include "input/bag_dataset.h"
 #include "input/numbered_pairs_dataset.h"
 #include "input/open3d_dataset.h"
 #include "input/record3d_dataset.h"
@@ -28,7 +30,7 @@ std::unique_ptr<Dataset> OpenAs(const std::filesystem::path& folder,
 }
 
 // A new format is a class derived from Dataset, and its row here.
-constexpr std::array<DatasetReader, 8> kReaders{{
+constexpr std::array<DatasetReader, 9> kReaders{{
     {.format = "EuRoC",
      .marks = "mav0/cam0/sensor.yaml",
      .calibration = "sensor.yaml of the cameras",
@@ -73,6 +75,11 @@ constexpr std::array<DatasetReader, 8> kReaders{{
      .calibration = "",
      .recognizes = &NumberedPairsDataset::IsOne,
      .open = &OpenAs<NumberedPairsDataset>},
+    {.format = "ROS bag",
+     .marks = ".db3 or .mcap",
+     .calibration = "camera_info",
+     .recognizes = &IsBag,
+     .open = &OpenAs<BagDataset>},
 }};
 
 }  // namespace
@@ -90,7 +97,7 @@ const DatasetReader* FindDatasetReader(const std::filesystem::path& folder) {
 std::unique_ptr<Dataset> OpenDataset(const std::filesystem::path& folder,
                                      const std::optional<RgbdSensor>& sensor,
                                      const DatasetOptions& options) {
-  RequireRecordingFolder(folder);
+  if (!IsBag(folder)) RequireRecordingFolder(folder);
   if (const DatasetReader* const reader = FindDatasetReader(folder)) {
     return reader->open(folder, sensor, options);
   }

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -37,6 +38,23 @@ struct RgbdImage {
 cv::Mat MetricDepth(const cv::Mat& stored, double depth_factor, double inverse_depth_offset = 0.0,
                     const DepthPattern& pattern = {});
 
+// The topics of a bag that are read, as ToText() and ReadBagTopics() write them:
+// "colour=/a,depth=/b,imu=/c". One that is empty is guessed by name, type and what fits together
+// (docs/recordings.md).
+struct BagTopics {
+  std::string colour{}, depth{};
+  std::string imu{};                         // with both sensors; or one topic for each of them,
+  std::string gyroscope{}, accelerometer{};  // which are joined at the stamps of the gyroscope
+
+  bool operator==(const BagTopics&) const = default;
+};
+
+// Throws InvalidArgument for an unknown name, an empty topic, a name that occurs twice, and for a
+// topic of the IMU beside one of its sensors, or of one of these without the other.
+BagTopics ReadBagTopics(std::string_view text);
+// Names the topics that are not empty.
+std::string ToText(const BagTopics& topics);
+
 // Options of the readers of recordings, each of which uses those that apply to its format.
 struct DatasetOptions {
   // [s] > 0, between colour and depth of a frame, where each has a stamp of its own
@@ -45,8 +63,22 @@ struct DatasetOptions {
   bool any_size = false;
   // [Hz] > 0, of recordings whose frames have no stamps.
   double frame_rate = 30.0;
+  BagTopics topics{};  // of bags
 
   void Validate() const;  // throws InvalidArgument naming the field and its value
+};
+
+// The stamps [ns] of the first and the last frame of a video, begin <= end.
+struct VideoSpan {
+  Stamp begin = 0, end = 0;
+};
+
+// Readings of an IMU as they are recorded.
+struct ImuRecording {
+  // As in the file: not sorted, with duplicates and NaN, for CheckImu() to find.
+  std::vector<ImuSample> samples;
+  std::vector<std::int64_t> lines;  // of the file, from 1, one per sample; empty: it has no lines
+  std::string warning;              // one line if stamps or signs had to be converted, else empty
 };
 
 // A recorded RGB-D sequence, frames in the order of their stamps. A frame that cannot be used is
@@ -74,8 +106,13 @@ class Dataset {
   // Stamps of the colour images that belong to no frame for lack of a depth image in time, in
   // order.
   virtual std::vector<Stamp> stamps_without_depth() const { return {}; }
-  // The file with the readings of an IMU, for ReadImu(); empty where the dataset has none.
+  // The file with the readings of an IMU; empty where the dataset has none.
   virtual std::optional<std::filesystem::path> imu_file() const { return std::nullopt; }
+  // Returns these readings. video: in their clock. Throws as ReadImu(), which reads the file unless
+  // a format has its own way, and InvalidArgument where there is no IMU.
+  virtual ImuRecording ReadImu(const VideoSpan& video) const;
+  // The topics that are read; all empty unless the recording is a bag.
+  virtual BagTopics topics() const { return {}; }
 
   // Whether the format guarantees that depth is registered to colour; false where it is unknown.
   virtual bool is_registered() const { return false; }
@@ -102,19 +139,6 @@ class Dataset {
   std::vector<std::string> warnings_;
   mutable std::mutex mutex_;
   mutable std::map<std::size_t, std::string> problems_;
-};
-
-// The stamps [ns] of the first and the last frame of a video, begin <= end.
-struct VideoSpan {
-  Stamp begin = 0, end = 0;
-};
-
-// Readings of a file read by ReadImu().
-struct ImuRecording {
-  // As in the file: not sorted, with duplicates and NaN, for CheckImu() to find.
-  std::vector<ImuSample> samples;
-  std::vector<std::int64_t> lines;  // of the file, from 1, one per sample
-  std::string warning;              // one line if stamps or signs had to be converted, else empty
 };
 
 // Returns the IMU file in the folder of a dataset, the first that exists of imu.csv, imu.txt

@@ -27,7 +27,7 @@ struct DatasetReader {
 };
 
 // All readers, in the order in which they are asked: EuRoC, TUM RGB-D, and the formats of
-// docs/recordings.md.
+// docs/recordings.md. A folder is a file where the format is one: a bag of ROS.
 std::span<const DatasetReader> DatasetReaders();
 
 // Returns the first reader that recognizes the folder; null if none does.

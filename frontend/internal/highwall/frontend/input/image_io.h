@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <vector>
 
 #include <opencv2/core/mat.hpp>
 
@@ -21,5 +23,10 @@ cv::Mat ReadStoredImage(const std::filesystem::path& path);
 
 // Reads the stored 16-bit values, CV_16UC1. Throws as above, and for any other pixel type.
 cv::Mat ReadDepthImage(const std::filesystem::path& path);
+
+// Decode the bytes of such a file, at least one. path: for messages.
+cv::Mat DecodeColourImage(const std::filesystem::path& path,
+                          const std::vector<std::uint8_t>& bytes);
+cv::Mat DecodeDepthImage(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes);
 
 }  // namespace highwall
