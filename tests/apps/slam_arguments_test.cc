@@ -133,6 +133,7 @@ std::vector<Case> Cases() {
       {"--strict", json::object(), [](O) { return true; }},
       {"--max-pair-difference 0.03", json::object(), [](O) { return true; }},
       {"--fps 15", json::object(), [](O) { return true; }},
+      {"--topics imu=/a", json::object(), [](O) { return true; }},
       {"--set tracker.min_support=31 --set mapper.wait=false", json::object(),
        [](O o) { return o.slam.tracker.min_support == 31 && !o.slam.mapper.wait; }},
       {"--set frame.orb.features=500",
@@ -174,6 +175,8 @@ TEST(SlamArguments, OtherOptionsThanThoseOfTheRunReachTheArguments) {
   EXPECT_EQ(Parse("--config tum1").config, "tum1");
   EXPECT_EQ(Parse("--fps 15").frame_rate, 15.0);
   EXPECT_EQ(Parse("").frame_rate, 30.0);
+  EXPECT_EQ(Parse("--topics colour=/a,imu=/b").topics, (BagTopics{.colour = "/a", .imu = "/b"}));
+  EXPECT_EQ(Parse("").topics, BagTopics());
   EXPECT_TRUE(Parse("--json").json);
   EXPECT_TRUE(Parse("--overwrite").overwrite);
   EXPECT_FALSE(Parse("").overwrite);

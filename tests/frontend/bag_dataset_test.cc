@@ -24,6 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::ExpectError;
 using testing::kSceneFrames;
+using testing::MessagesOf;
 using testing::RecordedScene;
 using testing::SceneStamp;
 using testing::Serialization;

@@ -176,7 +176,7 @@ TEST(OpenBag, SaysWhatIsWrongWithAFile) {
   expect("a.mcap", "text text text text text", "is not an MCAP file");
   expect("a.db3", "text text text", "is no bag of ROS 2, or is damaged: ");
   expect("a.db3.zstd", "text", "is compressed as a whole: unpack it with zstd -d");
-  std::string damaged = RosbagOf(SomeMessages(), "lz4");
+  std::string damaged = RosbagOf(SomeMessages(), "bz2");  // which has a checksum
   damaged[damaged.size() / 2] = static_cast<char>(damaged[damaged.size() / 2] ^ 0x5A);
   expect("a.bag", damaged, "the chunk at byte ");
   ExpectError<IoError>("nowhere.bag: cannot be read: ", [&] { OpenBag(folder / "nowhere.bag"); });
