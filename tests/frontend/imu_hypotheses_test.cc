@@ -55,6 +55,14 @@ void TurnMount(Recording& recording, const Eigen::Vector3d& by) {
   recording.calibration.T_BC = Pose(T_BC.q() * so3::Exp(by), T_BC.p());
 }
 
+// rate: of the clock of the IMU, over that of the images.
+void StretchStamps(Recording& recording, double rate) {
+  const Stamp first = recording.readings.front().stamp;
+  for (ImuSample& reading : recording.readings) {
+    reading.stamp = first + std::llround(rate * static_cast<double>(reading.stamp - first));
+  }
+}
+
 constexpr unsigned kSeeds = 6;
 constexpr double kDegree = std::numbers::pi / 180.0;
 
@@ -160,10 +168,11 @@ std::vector<Fault> Faults() {
       {"200 ms behind", SensorFault::kImuClock, "behind",
        readings([](ImuSample& s) { s.stamp -= 200'000'000; })},
       {"clock twice as fast", SensorFault::kImuClock, "twice",
-       [](Recording& r) {
-         const Stamp first = r.readings.front().stamp;
-         for (ImuSample& s : r.readings) s.stamp = first + 2 * (s.stamp - first);
-       }},
+       [](Recording& r) { StretchStamps(r, 2.0); }},
+      {"clock 4 % fast", SensorFault::kImuClock, "% faster",
+       [](Recording& r) { StretchStamps(r, 1.04); }},
+      {"clock 5 % slow", SensorFault::kImuClock, "% slower",
+       [](Recording& r) { StretchStamps(r, 0.95); }},
   };
 }
 

@@ -198,6 +198,10 @@ double ImuAlignment::duration() const {
   return poses_.empty() ? 0.0 : poses_.back().time - poses_.front().time;
 }
 
+double ImuAlignment::middle() const {
+  return poses_.empty() ? 0.0 : 0.5 * (poses_.front().time + poses_.back().time);
+}
+
 ImuAlignment::Vector6 ImuAlignment::IntegralAt(std::size_t after, double time) const {
   const double share = (time - times_[after - 1]) / (times_[after] - times_[after - 1]);
   return integrals_[after - 1] + share * (integrals_[after] - integrals_[after - 1]);

@@ -117,6 +117,8 @@ class ImuAlignment {
   // configuration.
   void Trim(const Eigen::Matrix3d& A, const Eigen::Vector3d& lever_arm, const ClockRelation& clock);
   double duration() const;  // [s] of the poses
+  // [s] In the middle of the poses, since the origin of ClockRelation, which is the first reading.
+  double middle() const;
 
  private:
   using Vector6 = Eigen::Matrix<double, 6, 1>;

@@ -113,7 +113,8 @@ class Judge {
   ImuJudgement Run() {
     FitGyroscope();
     if (near_.front().fit.size() < kFewest) return {};
-    const bool clock = IsClockContradicted(), gyroscope = !clock && IsGyroscopeContradicted();
+    const bool clock = IsPaceContradicted() || IsClockContradicted(),
+               gyroscope = !clock && IsGyroscopeContradicted();
     const bool accelerometer = !gyroscope && !clock && IsAccelerometerContradicted();
     if (gyroscope || clock || accelerometer) return Explain(clock);
     if (const auto arm = UnitOfLeverArm()) return Named(*arm);
@@ -195,18 +196,49 @@ class Judge {
   }
 
   bool IsClockContradicted() const {
-    constexpr double kMuchBetter = 1.5, kFarther = 0.01;  // of squared residuals; [s]
+    constexpr double kFarther = 0.01;  // [s]
     const Clocked& near = Best(configured_.gyroscope, near_);
     const Clocked& far = Best(configured_.gyroscope, far_);
     const double offset = far.clock.offset - calibration_.time_offset;
-    const double better = (Mean(near, R_CB()) - Mean(far, R_CB())) * far.fit.size();
-    return IsFreeGood() && std::abs(offset) > kNearOffset + kFarther &&
-           better >
-               strictness_ *
-                   (far.fit.size() >= 2 * kFewest ? kSignificantLongOffset : kSignificantOffset) *
-                   free_->fit.Variance() &&
-           Mean(near, R_CB()) > kMuchBetter * Mean(far, R_CB()) &&
+    return std::abs(offset) > kNearOffset + kFarther &&
+           IsBetterClock(
+               near, far,
+               far.fit.size() >= 2 * kFewest ? kSignificantLongOffset : kSignificantOffset) &&
            Share(Excess(far, R_CB()), ExplainedByFree()) < kRight * kRight;
+  }
+
+  // Whether images and readings agree by the clock b, and much less by a. variances: of the excess.
+  bool IsBetterClock(const Clocked& a, const Clocked& b, double variances) const {
+    constexpr double kMuchBetter = 1.5;  // of squared residuals
+    const double better = (Mean(a, R_CB()) - Mean(b, R_CB())) * b.fit.size();
+    const double variance = std::min(b.fit.Variance(), free_->fit.Variance());
+    const double least = b.fit.Squared(b.fit.Free()), explained = b.fit.Signal() - least;
+    return explained > kUnexplained * b.fit.Signal() &&
+           Share(b.fit.Squared(R_CB()) - least, explained) < kRight * kRight &&
+           better > strictness_ * variances * variance &&
+           Mean(a, R_CB()) > kMuchBetter * Mean(b, R_CB());
+  }
+
+  // A clock that runs at another pace: as if a sensor of 208 Hz were stamped with 200 Hz. Its
+  // offset in the middle of the poses is about that which fits best at the same pace.
+  bool IsPaceContradicted() {
+    constexpr double kSpan = 0.03, kStep = 0.01;  // [s]
+    const Clocked& same = Best(R_CB(), far_);
+    std::optional<Clocked> best;
+    for (const double pace : {0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1}) {
+      for (const double rate : {1.0 - pace, 1.0 + pace}) {
+        const double drift = (rate - 1.0) * alignment_.middle();
+        for (double shift = -kSpan; shift <= kSpan + 0.5 * kStep; shift += kStep) {
+          const ClockRelation clock{rate, same.clock.offset + shift - drift};
+          Clocked other{clock, alignment_.Gyroscope(clock)};
+          if (other.fit.size() < std::max(kFewestSmall, same.fit.size() - 2)) continue;
+          if (!best || Mean(other, R_CB()) < Mean(*best, R_CB())) best = std::move(other);
+        }
+      }
+    }
+    if (!best || !IsBetterClock(same, *best, kSignificantLongOffset)) return false;
+    rate_ = best->clock.rate;
+    return true;
   }
 
   AccelerometerFit& Acceleration(const ClockRelation& clock) {
@@ -444,9 +476,15 @@ std::vector<Reading> Judge::TurnedReadings() {
 SensorFinding Judge::Clock() const {
   SensorFinding finding{.fault = SensorFault::kImuClock, .trust = Trust::kDoubtful};
   if (rate_ != 1.0) {
-    finding.text = std::string("gyroscope and images agree if the clock of the IMU runs ") +
-                   (rate_ > 1.0 ? "twice" : "half") + " as fast as that of the images";
-    finding.remedy = "correct the stamps of the readings";
+    const bool is_close = std::abs(rate_ - 1.0) < 0.2;
+    const std::string pace = is_close ? "about " + FixedText(100.0 * std::abs(rate_ - 1.0), 0) +
+                                            " % " + (rate_ > 1.0 ? "faster than" : "slower than")
+                                      : std::string(rate_ > 1.0 ? "twice" : "half") + " as fast as";
+    finding.text =
+        "gyroscope and images agree if the clock of the IMU runs " + pace + " that of the images";
+    finding.remedy =
+        "correct the stamps of the readings, which may be counted at another rate than the "
+        "sensor's";
     return finding;
   }
   const double offset = Best(R_CB(), far_).clock.offset;
