@@ -5,6 +5,7 @@
 #include <string>
 
 #include <gtest/gtest.h>
+#include <opencv2/core/types.hpp>
 
 #include "support/synthetic_scene.h"
 
@@ -119,6 +120,37 @@ TEST(LensCheck, WaitsForKeyframesAndTestsTheSameOnlyOnce) {
   EXPECT_TRUE(check.Update(Walk(1, 24), wrong, kFirstSubmap, kNoneGiven));
   EXPECT_FALSE(check.Update(Walk(1, 24), wrong, kFirstSubmap, kNoneGiven));
   EXPECT_FALSE(check.Finish(Walk(1, 24), wrong, kFirstSubmap, kNoneGiven));
+}
+
+TEST(CheckExchangedCentre, FindsACentreThatFitsTheOtherWayRound) {
+  for (const cv::Size size : {cv::Size(640, 480), cv::Size(1280, 720)}) {
+    PinholeCamera camera = IdealSensor().camera;
+    camera.width = size.width;
+    camera.height = size.height;
+    camera.cx = 0.5 * size.height + 11.0;
+    camera.cy = 0.5 * size.width - 7.0;
+    const auto finding = CheckExchangedCentre(camera);
+    ASSERT_TRUE(finding) << size.width;
+    EXPECT_EQ(finding->fault, SensorFault::kLens);
+    EXPECT_NE(finding->text.find("exchanged"), std::string::npos) << finding->text;
+  }
+}
+
+TEST(CheckExchangedCentre, BelievesACentreThatIsOffInOneDirectionOrOfASquareImage) {
+  PinholeCamera camera = IdealSensor().camera;
+  camera.width = 640;
+  camera.height = 480;
+  for (const Eigen::Vector2d& centre :
+       {Eigen::Vector2d(319.5, 239.5), Eigen::Vector2d(200.0, 239.5), Eigen::Vector2d(319.5, 380.0),
+        Eigen::Vector2d(240.0, 100.0)}) {
+    camera.cx = centre.x();
+    camera.cy = centre.y();
+    EXPECT_FALSE(CheckExchangedCentre(camera)) << centre.transpose();
+  }
+  camera.width = 480;
+  camera.cx = 200.0;
+  camera.cy = 180.0;
+  EXPECT_FALSE(CheckExchangedCentre(camera));
 }
 
 }  // namespace

@@ -80,6 +80,20 @@ std::optional<SensorFinding> CompareLens(const PinholeCamera& camera, const Lens
                        "highwall calibrate refines them"};
 }
 
+std::optional<SensorFinding> CheckExchangedCentre(const PinholeCamera& camera) {
+  constexpr double kNear = 0.08;  // of the image's side: a 4:3 image exchanges 0.5 and 0.37 or 0.67
+  const Eigen::Array2d size(camera.width, camera.height), stated(camera.cx, camera.cy);
+  const Eigen::Array2d off = (stated / size - 0.5).abs();
+  const Eigen::Array2d exchanged_off = (stated.reverse() / size - 0.5).abs();
+  if (off.minCoeff() <= kNear || exchanged_off.maxCoeff() >= kNear) return std::nullopt;
+  return SensorFinding{
+      SensorFault::kLens, Trust::kDoubtful,
+      "cx and cy are likely exchanged: (" + RoundedText(camera.cx, 4) + ", " +
+          RoundedText(camera.cy, 4) +
+          ") px is far from the middle of the image, the other way round it is near",
+      "exchange cx and cy in the calibration"};
+}
+
 std::optional<SensorFinding> LensCheck::Update(const Map& map, const MeasurementModel& model,
                                                SubmapId submap, KeyFrameId given) {
   std::size_t made = 0;

@@ -20,6 +20,10 @@ inline constexpr double kLensTolerance = 0.05;
 std::optional<SensorFinding> CompareLens(const PinholeCamera& camera, const LensEstimate& estimate,
                                          double tolerance);
 
+// Returns a finding if cx and cy are exchanged: as stated they are far from the middle of the image
+// in both directions, and the other way round they are near it. Without images.
+std::optional<SensorFinding> CheckExchangedCentre(const PinholeCamera& camera);
+
 // Tests the lens of a run by the map: EstimateLens() of its newest keyframes each time that it has
 // twice as many as the last time, and at its end. Only reads the map.
 class LensCheck {

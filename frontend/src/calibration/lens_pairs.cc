@@ -103,10 +103,9 @@ LensEstimate Constrained(LensEstimate estimate, const PinholeCamera& camera) {
   return estimate;
 }
 
-}  // namespace
-
-std::optional<SensorFinding> CheckPairs(const Dataset& dataset, const RgbdSensor& sensor,
-                                        std::size_t begin, std::size_t end) {
+// Returns what eight pairs of images contradict.
+std::optional<SensorFinding> TestPairs(const Dataset& dataset, const RgbdSensor& sensor,
+                                       std::size_t begin, std::size_t end) {
   end = std::min(end, dataset.size());
   if (end < begin + kLeastFrames) return std::nullopt;
   const std::size_t frames = end - begin;
@@ -133,6 +132,14 @@ std::optional<SensorFinding> CheckPairs(const Dataset& dataset, const RgbdSensor
   const std::optional<LensEstimate> estimate = EstimateLens(std::move(views), model);
   if (!estimate) return std::nullopt;
   return CompareLens(model.camera(), Constrained(*estimate, model.camera()), kLensTolerance);
+}
+
+}  // namespace
+
+std::optional<SensorFinding> CheckPairs(const Dataset& dataset, const RgbdSensor& sensor,
+                                        std::size_t begin, std::size_t end) {
+  if (auto finding = TestPairs(dataset, sensor, begin, end)) return finding;
+  return CheckExchangedCentre(sensor.camera);
 }
 
 }  // namespace highwall
