@@ -15,9 +15,9 @@ constexpr int kFewestMatches = 300;  // of all pairs
 // Matches of epipolar geometry are accurate: those that half of the model's noise does not explain
 // belong to another motion.
 constexpr double kSharper = 2.0;
-// Unexplained matches: their least share by the stated depth, and what may remain of it by another
-// one. On right recordings the stated depth explains most.
-constexpr double kUnexplained = 0.05, kRemains = 0.4;
+// Unexplained matches: their least share by the stated depth, and what may remain of it, and of
+// what a constant leaves, by another one. On right recordings the stated depth explains most.
+constexpr double kUnexplained = 0.05, kRemains = 0.4, kRemainsOfConstant = 0.7;
 
 cv::Point Flipped(const cv::Point& cell, const cv::Size& size, bool left_right, bool upside_down) {
   return {left_right ? size.width - 1 - cell.x : cell.x,
@@ -68,9 +68,10 @@ void DepthMotion::Add(const FrameFeatures& first, const FrameFeatures& second,
   const double median = depths[depths.size() / 2];
   points[kInverse] = points[kConstant] = points[kAsItIs];
   for (PosePoint& point : points[kConstant]) point.p_W *= median / point.p_W.z();
-  // At any scale, which the motion takes.
+  // At any scale, which the motion takes, but not nearer than cameras measure.
+  constexpr double kTypical = 2.0;  // [m]
   for (PosePoint& point : points[kInverse]) {
-    point.p_W *= (median / point.p_W.z()) * (median / point.p_W.z());
+    point.p_W *= kTypical * median / (point.p_W.z() * point.p_W.z());
   }
   matches_ += static_cast<int>(depths.size());
   for (std::size_t i = 0; i < kCount; ++i) explained_[i] += Explained(model_, points[i]);
@@ -85,8 +86,8 @@ std::optional<SensorFinding> DepthMotion::Misread() const {
   const Depth better = std::ranges::min(std::array{kLeftRight, kUpsideDown, kHalfTurn, kInverse},
                                         {}, [this](Depth depth) { return Unexplained(depth); });
   const double stated = Unexplained(kAsItIs);
-  if (stated < kUnexplained ||
-      Unexplained(better) > kRemains * std::min(stated, Unexplained(kConstant))) {
+  if (stated < kUnexplained || Unexplained(better) > kRemains * stated ||
+      Unexplained(better) > kRemainsOfConstant * Unexplained(kConstant)) {
     return std::nullopt;
   }
   if (better == kInverse) {
