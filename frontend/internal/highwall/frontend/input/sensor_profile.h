@@ -34,7 +34,7 @@ struct StereoPair {
 };
 
 // Depth properties of a camera product from data sheets and papers, independent of the individual
-// lens (sources in sensor_profile.cc and docs/sensors.md).
+// lens (docs/sensors.md; sources in sensor_profile.cc).
 struct SensorProfile {
   std::string_view name;   // in calibration.yaml: sensor: NAME
   std::string_view title;  // for people
