@@ -77,11 +77,10 @@ class OpenNi2Camera final : public ImageSource {
   OpenNi2Camera(const std::string& uri, const std::optional<SensorCalibration>& calibration)
       : name_(uri.empty() ? "openni2" : uri), pairer_(DatasetOptions().max_stamp_difference) {
     Open(uri);
-    const bool is_given = calibration.has_value();
     Start(openni::SENSOR_COLOR, openni::PIXEL_FORMAT_RGB888, calibration, &colour_);
     Start(openni::SENSOR_DEPTH, openni::PIXEL_FORMAT_DEPTH_1_MM, calibration, &depth_);
     Synchronize();
-    calibration_ = is_given ? *calibration : StatedCalibration();
+    calibration_ = calibration ? *calibration : StatedCalibration();
     calibration_.imu.reset();  // no such device has one
     calibration_.sensor.depth_factor =
         depth_.getVideoMode().getPixelFormat() == openni::PIXEL_FORMAT_DEPTH_100_UM ? 10'000.0

@@ -1,16 +1,10 @@
 // The program of docs/tutorial_slam.md, between the two marks, and its test.
 // [tutorial]
-#include <functional>
 #include <map>
 #include <optional>
-#include <thread>
-#include <utility>
 
-#include <highwall/frontend/input/frame_queue.h>
+#include <highwall/frontend/input/live_camera.h>
 #include <highwall/frontend/system/slam_system.h>
-
-// Waits for the next pair of images; empty when the camera has been switched off.
-using Camera = std::function<std::optional<highwall::RgbdImage>()>;
 
 // Knows where the camera is, and where it has been.
 class Pilot {
@@ -34,15 +28,11 @@ class Pilot {
   }
 
   // Until the camera is switched off. How many images came too fast is returned.
-  std::size_t Run(const Camera& camera) {
-    highwall::FrameQueue queue;
-    const std::jthread reader([&] {
-      while (auto image = camera()) queue.Push(*std::move(image));
-      queue.Close();
-    });
-    while (const auto image = queue.Pop()) slam_.Track(*image);
+  std::size_t Run(highwall::ImageSource& device) {
+    highwall::LiveCamera camera(device);
+    while (const auto image = camera.Next()) slam_.Track(*image);
     slam_.Finish();
-    return queue.dropped();
+    return camera.dropped();
   }
 
   const std::optional<highwall::Pose>& here() const { return here_; }
@@ -80,6 +70,7 @@ highwall::Trajectory Follow(const std::filesystem::path& folder,
 #include <algorithm>
 #include <chrono>
 #include <span>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -105,6 +96,25 @@ Clock::duration TimeOfAFrame(const RgbdSensor& sensor, std::span<const RgbdImage
   return (Clock::now() - start) / kFrames;
 }
 
+// Delivers these images, each after a pause.
+class PacedCamera final : public ImageSource {
+ public:
+  PacedCamera(std::span<const RgbdImage> images, Clock::duration pause)
+      : images_(images), pause_(pause) {}
+
+  std::optional<RgbdImage> Next() override {
+    if (next_ == images_.size()) return std::nullopt;
+    std::this_thread::sleep_for(pause_);
+    return images_[next_++];
+  }
+  void Stop() override {}
+
+ private:
+  const std::span<const RgbdImage> images_;
+  const Clock::duration pause_;
+  std::size_t next_ = 0;
+};
+
 TEST(SlamTutorial, FollowsACameraThatDoesNotWait) {
   simulate::SimulationOptions options;
   options.seed = 3;
@@ -118,12 +128,8 @@ TEST(SlamTutorial, FollowsACameraThatDoesNotWait) {
   const auto pause =
       std::max<Clock::duration>(std::chrono::milliseconds(20), 2 * TimeOfAFrame(sensor, images));
   Pilot pilot(sensor);
-  std::size_t next = 0;
-  const std::size_t dropped = pilot.Run([&]() -> std::optional<RgbdImage> {
-    if (next == images.size()) return std::nullopt;
-    std::this_thread::sleep_for(pause);
-    return images[next++];
-  });
+  PacedCamera camera(images, pause);
+  const std::size_t dropped = pilot.Run(camera);
   EXPECT_EQ(pilot.path().size() + dropped, images.size());
   ASSERT_TRUE(pilot.here());
   EXPECT_GE(pilot.places().size(), 1u);
