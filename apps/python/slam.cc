@@ -212,16 +212,18 @@ void BindDataset(py::module_& module) {
   module.def(
       "open_dataset",
       [](const py::object& folder, const std::optional<RgbdSensor>& sensor,
-         double max_stamp_difference, double frame_rate) {
-        return OpenDataset(
-            Path(folder), sensor,
-            DatasetOptions{.max_stamp_difference = max_stamp_difference, .frame_rate = frame_rate});
+         double max_stamp_difference, double frame_rate, const std::string& topics) {
+        return OpenDataset(Path(folder), sensor,
+                           DatasetOptions{.max_stamp_difference = max_stamp_difference,
+                                          .frame_rate = frame_rate,
+                                          .topics = ReadBagTopics(topics)});
       },
       py::arg("folder"), py::arg("sensor") = py::none(),
       py::arg("max_stamp_difference") = DatasetOptions().max_stamp_difference,
-      py::arg("frame_rate") = DatasetOptions().frame_rate,
+      py::arg("frame_rate") = DatasetOptions().frame_rate, py::arg("topics") = "",
       "Opens a recording in any format that highwall slam reads. sensor: where the recording does "
-      "not state its calibration. frame_rate: where its frames have no stamps.");
+      "not state its calibration. frame_rate: where its frames have no stamps. topics: of a bag of ROS, as "
+      "highwall slam --topics takes them; those that are left out are guessed.");
 }
 
 void BindSlamOptions(py::module_& module) {
