@@ -210,9 +210,8 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   }
   const std::optional<ImuInput> imu = OpenImu(recording, opened);
   RunConfig config = opened.config;
-  const ImageCalibrationOptions wanted{.intrinsics = arguments.intrinsics,
-                                       .keep_depth = arguments.keep_depth,
-                                       .images = input};
+  const ImageCalibrationOptions wanted{
+      .intrinsics = arguments.intrinsics, .keep_depth = arguments.keep_depth, .images = input};
   std::optional<CalibratedImages> images;
   if (recording.trajectory.empty() || arguments.intrinsics) {
     images = CalibrateImages(recording.dataset, wanted, &config.sensor);

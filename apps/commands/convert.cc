@@ -24,11 +24,11 @@ struct ConvertArguments {
 };
 
 int RunConvert(const ConvertArguments& arguments) {
-  const OpenedDataset recording = OpenWithConfig(
-      arguments.config, arguments.in,
-      {.max_stamp_difference = arguments.max_pair_difference,
-       .frame_rate = arguments.frame_rate,
-       .topics = arguments.topics});
+  const OpenedDataset recording =
+      OpenWithConfig(arguments.config, arguments.in,
+                     {.max_stamp_difference = arguments.max_pair_difference,
+                      .frame_rate = arguments.frame_rate,
+                      .topics = arguments.topics});
   PrintTopics("convert", *recording.images);
   for (const std::string& warning : recording.images->warnings()) PrintWarning("convert", warning);
   TumCopy copy;
@@ -55,7 +55,9 @@ void AddConvertCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<ConvertArguments>();
   CLI::App* command =
       app.add_subcommand("convert", "Write a recording in another format as one of TUM RGB-D");
-  command->add_option("IN", arguments->in, "Folder or bag of the recording, in any format that slam reads")
+  command
+      ->add_option("IN", arguments->in,
+                   "Folder or bag of the recording, in any format that slam reads")
       ->required();
   command->add_option("OUT", arguments->out, "Folder to write; it must be empty or not exist")
       ->required()

@@ -141,8 +141,7 @@ std::string ToText(const DatasetReport& report) {
   text << report.directory.string() << "\n"
        << "  format        " << report.format << "\n";
   if (!report.topics.empty()) text << "  topics        " << report.topics << "\n";
-  text
-       << "  frames        " << StreamText(report.frames) << "; " << report.usable_frames
+  text << "  frames        " << StreamText(report.frames) << "; " << report.usable_frames
        << " usable, " << report.width << " x " << report.height << "\n"
        << "  colour        " << StreamText(report.colour) << "\n"
        << "  depth         " << StreamText(report.depth) << "\n"

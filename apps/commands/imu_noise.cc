@@ -240,7 +240,8 @@ void AddImuNoiseCommand(CLI::App& app, CommandAction& action) {
   CLI::App* command = app.add_subcommand(
       "imu-noise", "Noise densities of an IMU from readings at rest, by their Allan deviation.");
   const auto arguments = std::make_shared<ImuNoiseArguments>();
-  command->add_option("input", arguments->input, "imu.csv, the folder of a dataset, or a bag")->required();
+  command->add_option("input", arguments->input, "imu.csv, the folder of a dataset, or a bag")
+      ->required();
   AddTopics(command, &arguments->topics);
   command->add_option("--from", arguments->from, "Only readings from here on [s], from the first")
       ->check(Between(0.0, kLongestRecording));

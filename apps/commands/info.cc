@@ -44,7 +44,9 @@ void AddInfoCommand(CLI::App& app, CommandAction& action) {
   const auto arguments = std::make_shared<InfoArguments>();
   CLI::App* command =
       app.add_subcommand("info", "Describe a dataset, its faults and the calibration that fits");
-  command->add_option("DIR", arguments->directory, "Folder or bag of the recording: TUM RGB-D and others")
+  command
+      ->add_option("DIR", arguments->directory,
+                   "Folder or bag of the recording: TUM RGB-D and others")
       ->required();
   AddMaxPairDifference(command, &arguments->max_pair_difference);
   AddFrameRate(command, &arguments->frame_rate);

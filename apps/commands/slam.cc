@@ -53,11 +53,11 @@ int RunSlamCommand(const SlamArguments& arguments) {
     return kExitOk;
   }
   SlamSession session("slam", arguments);
-  const OpenedDataset opened = OpenWithConfig(
-      arguments.config, arguments.dataset,
-      {.max_stamp_difference = arguments.max_pair_difference,
-       .frame_rate = arguments.frame_rate,
-       .topics = arguments.topics});
+  const OpenedDataset opened =
+      OpenWithConfig(arguments.config, arguments.dataset,
+                     {.max_stamp_difference = arguments.max_pair_difference,
+                      .frame_rate = arguments.frame_rate,
+                      .topics = arguments.topics});
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
   PrintTopics("slam", dataset);

@@ -222,7 +222,8 @@ void BindDataset(py::module_& module) {
       py::arg("max_stamp_difference") = DatasetOptions().max_stamp_difference,
       py::arg("frame_rate") = DatasetOptions().frame_rate, py::arg("topics") = "",
       "Opens a recording in any format that highwall slam reads. sensor: where the recording does "
-      "not state its calibration. frame_rate: where its frames have no stamps. topics: of a bag of ROS, as "
+      "not state its calibration. frame_rate: where its frames have no stamps. topics: of a bag of "
+      "ROS, as "
       "highwall slam --topics takes them; those that are left out are guessed.");
 }
 

@@ -59,8 +59,7 @@ bool IsPatternOff(const CameraCalibration& found, const DepthPattern& stated) {
 // The returned inverse_depth_offset and depth_pattern are residuals.
 CalibratedImages Track(const std::filesystem::path& directory, const RgbdSensor& sensor,
                        const ImageCalibrationOptions& wanted, int round) {
-  const std::unique_ptr<const Dataset> images =
-      OpenDataset(directory, sensor, wanted.images);
+  const std::unique_ptr<const Dataset> images = OpenDataset(directory, sensor, wanted.images);
   SlamRunOptions options;
   options.slam = Deterministic(options.slam);  // one recording, one calibration: reproducible
   options.slam.depth_pattern.enabled = false;  // estimated from the whole recording, at the end

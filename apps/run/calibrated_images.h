@@ -15,9 +15,9 @@
 namespace highwall::apps {
 
 struct ImageCalibrationOptions {
-  bool intrinsics = false;                          // whether to estimate them
-  bool keep_depth = false;                          // keep the stated depth calibration
-  DatasetOptions images{};                          // as in OpenWithConfig()
+  bool intrinsics = false;  // whether to estimate them
+  bool keep_depth = false;  // keep the stated depth calibration
+  DatasetOptions images{};  // as in OpenWithConfig()
 };
 
 struct CalibratedImages {

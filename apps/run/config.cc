@@ -83,11 +83,12 @@ ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::p
   }
   // A folder that is not a dataset gets a clearer error from its reader.
   OpenDataset(dataset, std::nullopt, {.max_stamp_difference = 1.0});
-  throw IoError(dataset, std::string("the camera is unknown: ") +
-                             (std::filesystem::is_directory(dataset)
-                                  ? "put calibration.yaml there, or give --config "
-                                  : "the bag has no camera_info of its colour images; give --config ") +
-                             "with a file or one of " + PresetList());
+  throw IoError(dataset,
+                std::string("the camera is unknown: ") +
+                    (std::filesystem::is_directory(dataset)
+                         ? "put calibration.yaml there, or give --config "
+                         : "the bag has no camera_info of its colour images; give --config ") +
+                    "with a file or one of " + PresetList());
 }
 
 }  // namespace highwall::apps

@@ -52,9 +52,9 @@ std::vector<WrittenMessage> MessagesOfTum(const fs::path& folder, Serialization 
       {camera + "camera_info", "sensor_msgs/CameraInfo", tum.stamp(0),
        CameraInfoMessage(how, "color", opened.config.sensor.camera)}};
   for (const TumImageFile& file : tum.colour_files()) {
-    messages.push_back({camera + "image_raw", "sensor_msgs/Image", file.stamp,
-                        ImageMessage(how, file.stamp, "color", cv::imread(file.path.string()),
-                                     "bgr8")});
+    messages.push_back(
+        {camera + "image_raw", "sensor_msgs/Image", file.stamp,
+         ImageMessage(how, file.stamp, "color", cv::imread(file.path.string()), "bgr8")});
   }
   for (const TumImageFile& file : tum.depth_files()) {
     messages.push_back(
@@ -63,8 +63,7 @@ std::vector<WrittenMessage> MessagesOfTum(const fs::path& folder, Serialization 
                       cv::imread(file.path.string(), cv::IMREAD_UNCHANGED), "16UC1")});
   }
   if (!tum.imu_file()) return messages;
-  for (const ImuSample& sample :
-       tum.ReadImu({tum.stamp(0), tum.stamp(tum.size() - 1)}).samples) {
+  for (const ImuSample& sample : tum.ReadImu({tum.stamp(0), tum.stamp(tum.size() - 1)}).samples) {
     messages.push_back(
         {"/camera/imu", "sensor_msgs/Imu", sample.stamp,
          ImuMessage(how, sample.stamp, "imu", sample.gyroscope, sample.accelerometer)});
@@ -118,7 +117,8 @@ TEST_F(BagsOfAWalk, EveryContainerGivesTheTrajectoryOfTheFolderToTheByte) {
               json::parse(ReadText(run("tum") / "run.json"))["imu"]["readings"]);
   }
   // A run finds its bag again.
-  const Outcome map = Highwall("map " + Quoted(run("lz4.bag")) + " --out " + Quoted(folder_ / "map"));
+  const Outcome map =
+      Highwall("map " + Quoted(run("lz4.bag")) + " --out " + Quoted(folder_ / "map"));
   EXPECT_EQ(map.exit_code, 0) << map.err;
 }
 
@@ -172,9 +172,9 @@ TEST(TopicsOfABag, TheSwitchSelectsThem) {
   const TemporaryDirectory folder;
   std::vector<WrittenMessage> messages = testing::MessagesOf({});
   for (const auto& other : testing::MessagesOf({.colour = "/other/color",
-                                                .depth = "/other/depth",
-                                                .colour_info = "/other/camera_info",
-                                                .imu = ""})) {
+                           .depth = "/other/depth",
+                           .colour_info = "/other/camera_info",
+                           .imu = ""})) {
     messages.push_back(other);
   }
   const fs::path bag = folder / "a.bag";
@@ -185,11 +185,12 @@ TEST(TopicsOfABag, TheSwitchSelectsThem) {
   const Outcome convert =
       Highwall("convert " + Quoted(bag) + " " + Quoted(folder / "copy") + chosen);
   EXPECT_EQ(convert.exit_code, 0) << convert.err;
-  EXPECT_TRUE(Contains(convert.err, "topics colour=/other/color,depth=/other/depth")) << convert.err;
+  EXPECT_TRUE(Contains(convert.err, "topics colour=/other/color,depth=/other/depth"))
+      << convert.err;
   ExpectRefused(Highwall("info " + Quoted(bag) + " --topics depth=/nowhere"), 2,
                 {"a.bag: has no topic /nowhere; it has /camera/color/camera_info"});
-  for (const char* command : {"info x", "slam x --out y", "convert x y", "calibrate x",
-                              "map x --out y", "imu-noise x"}) {
+  for (const char* command :
+       {"info x", "slam x --out y", "convert x y", "calibrate x", "map x --out y", "imu-noise x"}) {
     ExpectRefused(Highwall(std::string(command) + " --topics color=/a"), 1,
                   {"--topics", "'color' is none of colour, depth, imu"});
   }
@@ -211,7 +212,8 @@ TEST(ImuNoiseOfABag, IsThatOfItsReadings) {
   cv::RNG random(5);
   for (int i = 0; i < 20'000; ++i) {
     const auto noise = [&](double sigma) {
-      return Eigen::Vector3d(random.gaussian(sigma), random.gaussian(sigma), random.gaussian(sigma));
+      return Eigen::Vector3d(random.gaussian(sigma), random.gaussian(sigma),
+                             random.gaussian(sigma));
     };
     const Stamp stamp = testing::kSceneStart + i * Stamp{5'000'000};
     messages.push_back({"/imu", "sensor_msgs/Imu", stamp,
@@ -259,8 +261,7 @@ for compression in ('none', 'bz2', 'lz4'):
             imu.angular_velocity.x = i
             bag.write('/imu', imu, t)
 )");
-  const Outcome written =
-      testing::RunProgram("/usr/bin/python3", "write.py", folder.path());
+  const Outcome written = testing::RunProgram("/usr/bin/python3", "write.py", folder.path());
   ASSERT_EQ(written.exit_code, 0) << written.err;
   for (const char* name : {"none.bag", "bz2.bag", "lz4.bag"}) {
     const auto dataset = OpenDataset(folder / name);

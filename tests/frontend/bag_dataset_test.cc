@@ -108,9 +108,9 @@ TEST_F(BagDatasetTest, AConfigurationReplacesTheStatedCameraAndFactor) {
   sensor.camera.fx = 70.0;
   sensor.depth_factor = 500.0;
   const auto dataset = Open(MessagesOf({}), sensor);
-  EXPECT_EQ(cv::norm(dataset->Load(0)->depth, MetricDepth(testing::SceneDepth(0), 500.0),
-                     cv::NORM_INF),
-            0.0);
+  EXPECT_EQ(
+      cv::norm(dataset->Load(0)->depth, MetricDepth(testing::SceneDepth(0), 500.0), cv::NORM_INF),
+      0.0);
   sensor.camera.width = 65;
   EXPECT_FALSE(Open(MessagesOf({}), sensor)->Load(0).has_value());
 }
@@ -224,8 +224,8 @@ TEST_F(BagDatasetTest, TheExtrinsicsAndTheDepthUnitOfARealSenseAreUsed) {
   EXPECT_EQ(stated.sensor.depth_factor, 10000.0);
   ASSERT_TRUE(stated.sensor.depth_camera.has_value());
   EXPECT_TRUE(stated.sensor.depth_camera->T_CD.Matrix().isApprox(T_C0.Matrix(), 1e-12));
-  EXPECT_TRUE(stated.imu->T_BC.p().isApprox(
-      Eigen::Vector3d(0.0, 0.02, 0.0) + T_C0.Inverse().p(), 1e-12));
+  EXPECT_TRUE(
+      stated.imu->T_BC.p().isApprox(Eigen::Vector3d(0.0, 0.02, 0.0) + T_C0.Inverse().p(), 1e-12));
   const ImuRecording imu = dataset->ReadImu({0, 1});
   ASSERT_EQ(imu.samples.size(), 99U);  // the last has no reading behind it
   for (int i = 0; i < 99; ++i) {
@@ -282,8 +282,9 @@ TEST_F(BagDatasetTest, SaysWhatIsWrongWithARecording) {
   };
   expect({}, "has no topic /x; it has /camera/color/camera_info (sensor_msgs/CameraInfo), ",
          {.topics = {.colour = "/x"}});
-  expect({}, "no image of /camera/color/image_raw has one of /camera/aligned_depth/image_raw within "
-             "0.001 s",
+  expect({},
+         "no image of /camera/color/image_raw has one of /camera/aligned_depth/image_raw within "
+         "0.001 s",
          {.max_stamp_difference = 0.001});
   RecordedScene other;
   other.camera.width = 100;

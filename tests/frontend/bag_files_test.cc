@@ -40,7 +40,8 @@ std::vector<WrittenMessage> SomeMessages() {
       bytes += static_cast<char>(k % 2 == 0 ? random >> 24 : 7);
     }
     if (i == 30) bytes.resize(400'000, 'x');
-    messages.push_back({i % 3 == 0 ? "/b" : "/a", "std_msgs/String", 1'000'000'000 + i * 1000, bytes});
+    messages.push_back(
+        {i % 3 == 0 ? "/b" : "/a", "std_msgs/String", 1'000'000'000 + i * 1000, bytes});
   }
   return messages;
 }
@@ -188,8 +189,7 @@ TEST(OpenBag, AStatedSizeIsNotBelieved) {
   const std::size_t size = bag.find("size=") + 5;
   bag.replace(size, 4, "\xFF\xFF\xFF\x7F");
   WriteText(folder / "a.bag", bag);
-  ExpectError<IoError>("a.bag: is damaged: the chunk at byte ",
-                       [&] { OpenBag(folder / "a.bag"); });
+  ExpectError<IoError>("a.bag: is damaged: the chunk at byte ", [&] { OpenBag(folder / "a.bag"); });
   bag.replace(size, 4, std::string("\x10\0\0\0", 4));
   WriteText(folder / "a.bag", bag);
   ExpectError<IoError>("cannot be decompressed", [&] { OpenBag(folder / "a.bag"); });

@@ -94,14 +94,15 @@ TEST(BagTopics, DepthInTheFrameOfColourIsRegisteredToIt) {
 TEST(BagTopics, TheStreamsOfARealSenseAreFound) {
   const std::string device = "/device_0/sensor_";
   bool is_registered = true;
-  EXPECT_EQ(Chosen({Grey(device + "0/Infrared_1/image/data"), Depth(device + "0/Depth_0/image/data", "0"),
-                    Colour(device + "1/Color_0/image/data", "0"), Imu(device + "2/Accel_0/imu/data"),
-                    Imu(device + "2/Gyro_0/imu/data")},
-                   "", &is_registered),
-            "colour=/device_0/sensor_1/Color_0/image/data,"
-            "depth=/device_0/sensor_0/Depth_0/image/data,"
-            "gyroscope=/device_0/sensor_2/Gyro_0/imu/data,"
-            "accelerometer=/device_0/sensor_2/Accel_0/imu/data");
+  EXPECT_EQ(
+      Chosen({Grey(device + "0/Infrared_1/image/data"), Depth(device + "0/Depth_0/image/data", "0"),
+              Colour(device + "1/Color_0/image/data", "0"), Imu(device + "2/Accel_0/imu/data"),
+              Imu(device + "2/Gyro_0/imu/data")},
+             "", &is_registered),
+      "colour=/device_0/sensor_1/Color_0/image/data,"
+      "depth=/device_0/sensor_0/Depth_0/image/data,"
+      "gyroscope=/device_0/sensor_2/Gyro_0/imu/data,"
+      "accelerometer=/device_0/sensor_2/Accel_0/imu/data");
   EXPECT_FALSE(is_registered);
 }
 
@@ -112,8 +113,8 @@ TEST(BagTopics, AGreyCameraServesWhereThereIsNoColour) {
 
 TEST(BagTopics, AnImuOfTheSameDeviceComesFirst) {
   const WrittenMessage other = Imu("/mavros/imu/data");
-  EXPECT_EQ(Chosen({Colour("/camera/camera/color/image"), Depth("/camera/camera/depth/image"), other,
-                    other, Imu("/camera/camera/imu"), Imu("/camera/camera/gyro/sample"),
+  EXPECT_EQ(Chosen({Colour("/camera/camera/color/image"), Depth("/camera/camera/depth/image"),
+                    other, other, Imu("/camera/camera/imu"), Imu("/camera/camera/gyro/sample"),
                     Imu("/camera/camera/accel/sample")}),
             "colour=/camera/camera/color/image,depth=/camera/camera/depth/image,"
             "imu=/camera/camera/imu");
@@ -122,9 +123,13 @@ TEST(BagTopics, AnImuOfTheSameDeviceComesFirst) {
 }
 
 TEST(BagTopics, ThoseThatAreAskedForAreTaken) {
-  const std::vector<WrittenMessage> all{Colour("/left/color"), Colour("/right/image"),
-                                        Depth("/left/aligned_depth"), Depth("/right/depth"),
-                                        Imu("/imu"), Imu("/g"), Imu("/a")};
+  const std::vector<WrittenMessage> all{Colour("/left/color"),
+                                        Colour("/right/image"),
+                                        Depth("/left/aligned_depth"),
+                                        Depth("/right/depth"),
+                                        Imu("/imu"),
+                                        Imu("/g"),
+                                        Imu("/a")};
   EXPECT_EQ(Chosen(all, "colour=/right/image,depth=/right/depth,gyroscope=/g,accelerometer=/a"),
             "colour=/right/image,depth=/right/depth,gyroscope=/g,accelerometer=/a");
   EXPECT_EQ(Chosen(all, "depth=/right/depth,imu=/a"),
@@ -136,8 +141,9 @@ TEST(BagTopics, AnErrorListsTheTopicsWithTheirTypes) {
                          const std::string& message) {
     ExpectError<IoError>("a.bag: " + message, [&] { Chosen(messages, wanted); });
   };
-  const std::string list = "; it has /c (sensor_msgs/Image), /d (sensor_msgs/Image), "
-                           "/i (sensor_msgs/Imu)";
+  const std::string list =
+      "; it has /c (sensor_msgs/Image), /d (sensor_msgs/Image), "
+      "/i (sensor_msgs/Imu)";
   const std::vector<WrittenMessage> all{Colour("/c"), Depth("/d"), Imu("/i")};
   expect(all, "colour=/x", "has no topic /x" + list);
   expect(all, "depth=/i", "its topic /i holds no images" + list);

@@ -35,8 +35,8 @@ const std::filesystem::path kPath = "file.bag";
 
 BagTopic Topic(Serialization how, const std::string& type = "sensor_msgs/Image",
                const std::string& name = "/image") {
-  return {name, type,
-          how == Serialization::kRos1 ? MessageEncoding::kRos1 : MessageEncoding::kCdr, 1};
+  return {name, type, how == Serialization::kRos1 ? MessageEncoding::kRos1 : MessageEncoding::kCdr,
+          1};
 }
 
 ByteSpan Span(const std::string& text) {
@@ -100,9 +100,8 @@ TEST(RosImage, TheTwoOrdersOfYuvGiveTheSameColour) {
   const cv::Mat bgr = Colour(topic, message(uyvy, "yuv422"));
   EXPECT_EQ(bgr.size(), uyvy.size());
   ExpectEqual(bgr, Colour(topic, message(yuyv, "yuv422_yuy2")));
-  ExpectError<IoError>("is in yuv422; colour is read in", [&] {
-    Colour(topic, message(uyvy.colRange(0, 5).clone(), "yuv422"));
-  });
+  ExpectError<IoError>("is in yuv422; colour is read in",
+                       [&] { Colour(topic, message(uyvy.colRange(0, 5).clone(), "yuv422")); });
 }
 
 TEST(RosImage, DepthIsTheSameInBothOrdersOfBytes) {

@@ -67,9 +67,9 @@ const Target kTarget{
           if (text.empty()) return;
           const std::size_t which = static_cast<unsigned char>(text[0]) % (2 * kKinds);
           const std::size_t kind = which % kKinds;
-          const BagTopic topic{
-              "/topic", kind == 1 ? "sensor_msgs/CompressedImage" : "sensor_msgs/Image",
-              which < kKinds ? MessageEncoding::kRos1 : MessageEncoding::kCdr, 1};
+          const BagTopic topic{"/topic",
+                               kind == 1 ? "sensor_msgs/CompressedImage" : "sensor_msgs/Image",
+                               which < kKinds ? MessageEncoding::kRos1 : MessageEncoding::kCdr, 1};
           const ByteSpan bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
           ReadKind(kind, {path, "the message", topic, bytes.subspan(1)});
         },

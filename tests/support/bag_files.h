@@ -74,7 +74,9 @@ inline std::string RosbagOf(const std::vector<WrittenMessage>& messages,
                             {"compression", compression},
                             {"size", LittleEndian(static_cast<std::uint32_t>(content.size()))}},
                            Compressed(content, compression));
-    chunks += RosbagRecord({op('\4'), {"ver", LittleEndian(1U)}, {"conn", LittleEndian(0U)},
+    chunks += RosbagRecord({op('\4'),
+                            {"ver", LittleEndian(1U)},
+                            {"conn", LittleEndian(0U)},
                             {"count", LittleEndian(0U)}},
                            "");
     content.clear();
@@ -106,14 +108,16 @@ inline std::string RosbagOf(const std::vector<WrittenMessage>& messages,
   end_chunk();
   const std::string magic = "#ROSBAG V2.0\n";
   const auto bag_header = [&](std::uint64_t index) {
-    return RosbagRecord({op('\3'),
-                         {"index_pos", LittleEndian(index)},
-                         {"conn_count", LittleEndian(static_cast<std::uint32_t>(connections.size()))},
-                         {"chunk_count", LittleEndian(1U)}},
-                        std::string(100, ' '));
+    return RosbagRecord(
+        {op('\3'),
+         {"index_pos", LittleEndian(index)},
+         {"conn_count", LittleEndian(static_cast<std::uint32_t>(connections.size()))},
+         {"chunk_count", LittleEndian(1U)}},
+        std::string(100, ' '));
   };
   const std::uint64_t index = magic.size() + bag_header(0).size() + chunks.size();
-  return magic + bag_header(is_indexed ? index : 0) + chunks + (is_indexed ? connection_records : "");
+  return magic + bag_header(is_indexed ? index : 0) + chunks +
+         (is_indexed ? connection_records : "");
 }
 
 // The name of a type in ROS 2.
@@ -180,9 +184,8 @@ inline void WriteSqliteBag(const std::filesystem::path& path,
       sqlite3_exec(database, insert.c_str(), nullptr, nullptr, nullptr);
     }
     sqlite3_stmt* statement = nullptr;
-    sqlite3_prepare_v2(database,
-                       "INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)", -1,
-                       &statement, nullptr);
+    sqlite3_prepare_v2(database, "INSERT INTO messages(topic_id, timestamp, data) VALUES(?, ?, ?)",
+                       -1, &statement, nullptr);
     const std::string data = compressed ? Compressed(message.bytes, "zstd") : message.bytes;
     sqlite3_bind_int(statement, 1, found->second);
     sqlite3_bind_int64(statement, 2, message.recorded);

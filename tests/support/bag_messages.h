@@ -115,11 +115,10 @@ inline std::string CameraInfoMessage(Serialization how, const std::string& frame
   writer.Number(static_cast<std::uint32_t>(camera.height));
   writer.Number(static_cast<std::uint32_t>(camera.width));
   writer.Text(model);
-  const std::vector<double> D =
-      model == "equidistant"
-          ? std::vector{camera.k1, camera.k2, camera.k3, camera.k4}
-          : std::vector{camera.k1, camera.k2, camera.p1, camera.p2,
-                        camera.k3, camera.k4, camera.k5, camera.k6};
+  const std::vector<double> D = model == "equidistant"
+                                    ? std::vector{camera.k1, camera.k2, camera.k3, camera.k4}
+                                    : std::vector{camera.k1, camera.k2, camera.p1, camera.p2,
+                                                  camera.k3, camera.k4, camera.k5, camera.k6};
   writer.Number(static_cast<std::uint32_t>(D.size()));
   for (const double d : D) writer.Number(d);
   for (const double k : {camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0}) {

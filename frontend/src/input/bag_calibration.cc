@@ -168,8 +168,8 @@ void AddImu(const BagFile& bag, const BagImageTopics& images, const BagImuTopics
             const FrameTree& tree, BagCalibration* result) {
   const std::string name = bag.topics()[imu.gyroscope].name;
   const RosImu first = ReadFirst(bag, imu.gyroscope, ReadRosImu);
-  const std::optional<Pose> T_BC = tree.Find(FrameOf(bag, name, first.header.frame),
-                                             FrameOfImages(bag, images.colour));
+  const std::optional<Pose> T_BC =
+      tree.Find(FrameOf(bag, name, first.header.frame), FrameOfImages(bag, images.colour));
   if (T_BC) result->calibration->imu = ImuCalibration{.T_BC = *T_BC};
 }
 

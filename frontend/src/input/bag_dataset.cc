@@ -42,8 +42,8 @@ BagDataset::BagDataset(const std::filesystem::path& path, const std::optional<Rg
   if (sensor) sensor->Validate();
   images_ = ChooseImages(*bag_, options_.topics);
   imu_ = ChooseImu(*bag_, options_.topics, bag_->topics()[images_.colour.topic].name);
-  for (const std::uint32_t topic : {images_.colour.topic, images_.depth.topic,
-                                    imu_ ? imu_->gyroscope : images_.colour.topic}) {
+  for (const std::uint32_t topic :
+       {images_.colour.topic, images_.depth.topic, imu_ ? imu_->gyroscope : images_.colour.topic}) {
     use_recorded_ |= LacksStamps(*bag_, topic);
   }
   if (use_recorded_) {
@@ -63,9 +63,8 @@ BagDataset::Stream BagDataset::ListImages(std::uint32_t topic) {
   const std::vector<BagMessage>& messages = bag_->messages();
   for (std::size_t i = 0; i < messages.size(); ++i) {
     if (messages[i].topic != topic) continue;
-    list.emplace_back(use_recorded_
-                          ? messages[i].recorded
-                          : StampInHead(bag_->topics()[topic].encoding, messages[i].head),
+    list.emplace_back(use_recorded_ ? messages[i].recorded
+                                    : StampInHead(bag_->topics()[topic].encoding, messages[i].head),
                       i);
   }
   std::ranges::sort(list);
@@ -84,8 +83,8 @@ BagDataset::Stream BagDataset::ListImages(std::uint32_t topic) {
 }
 
 void BagDataset::Pair() {
-  frames_ = AssociateNearest(colour_.stamps, depth_.stamps,
-                             FromSeconds(options_.max_stamp_difference));
+  frames_ =
+      AssociateNearest(colour_.stamps, depth_.stamps, FromSeconds(options_.max_stamp_difference));
   const std::string limit = RoundedText(options_.max_stamp_difference, 4) + " s";
   const std::string advice = AdviceOnPairs(colour_.stamps, depth_.stamps, frames_);
   if (frames_.empty()) {
@@ -228,13 +227,15 @@ cv::Mat BagDataset::Metric(const cv::Mat& stored) const {
 void BagDataset::RequireOneView(std::size_t frame, const cv::Mat& colour,
                                 const cv::Mat& depth) const {
   const auto refuse = [&](const Stream& stream, std::size_t image, const std::string& what) {
-    throw IoError(bag_->path(), bag_->NameOf(bag_->messages()[stream.messages[image]]) + " " + what);
+    throw IoError(bag_->path(),
+                  bag_->NameOf(bag_->messages()[stream.messages[image]]) + " " + what);
   };
   const auto require = [&](const cv::Mat& image, const PinholeCamera& camera, const char* name,
                            const Stream& stream, std::size_t at) {
     if (image.cols == camera.width && image.rows == camera.height) return;
-    refuse(stream, at, "is " + SizeOf(image) + ", but the " + name + " is set to " +
-                           std::to_string(camera.width) + " x " + std::to_string(camera.height));
+    refuse(stream, at,
+           "is " + SizeOf(image) + ", but the " + name + " is set to " +
+               std::to_string(camera.width) + " x " + std::to_string(camera.height));
   };
   const auto& [of_colour, of_depth] = frames_[frame];
   if (registration_) {
@@ -243,9 +244,10 @@ void BagDataset::RequireOneView(std::size_t frame, const cv::Mat& colour,
     return;
   }
   if (depth.size() != colour.size()) {
-    refuse(depth_, of_depth, "is " + SizeOf(depth) + ", but its colour image is " + SizeOf(colour) +
-                                 ": record depth aligned to colour, or state its camera as "
-                                 "depth_camera in a file for --config");
+    refuse(depth_, of_depth,
+           "is " + SizeOf(depth) + ", but its colour image is " + SizeOf(colour) +
+               ": record depth aligned to colour, or state its camera as "
+               "depth_camera in a file for --config");
   }
   if (!options_.any_size) require(colour, sensor_.camera, "camera", colour_, of_colour);
 }

@@ -25,10 +25,10 @@ namespace highwall {
 // when they are loaded. The stamp of a frame is that of its colour image.
 class BagDataset final : public Dataset {
  public:
-  // sensor: as in OpenDataset(). Its depth camera, if it states none, is that of the bag; a depth in
-  // metres is not divided by its factor. Throws InvalidArgument for a bad sensor or bad options, and
-  // IoError if the bag or a topic cannot be read, if no colour image has a depth image in time, or if
-  // no frame at all can be used.
+  // sensor: as in OpenDataset(). Its depth camera, if it states none, is that of the bag; a depth
+  // in metres is not divided by its factor. Throws InvalidArgument for a bad sensor or bad options,
+  // and IoError if the bag or a topic cannot be read, if no colour image has a depth image in time,
+  // or if no frame at all can be used.
   BagDataset(const std::filesystem::path& path, const std::optional<RgbdSensor>& sensor,
              const DatasetOptions& options);
 
@@ -52,7 +52,7 @@ class BagDataset final : public Dataset {
  private:
   // The images of one topic, by ascending stamps.
   struct Stream {
-    std::vector<TumImageFile> stamps;    // without paths
+    std::vector<TumImageFile> stamps;   // without paths
     std::vector<std::size_t> messages;  // of the bag, one per stamp
   };
 

@@ -38,8 +38,9 @@ std::vector<fs::path> BagFilesIn(const fs::path& folder) {
 
 std::unique_ptr<BagFile> OpenBagFile(const fs::path& path) {
   if (IsCompressedFile(path)) {
-    throw IoError(path, "is compressed as a whole: unpack it with zstd -d, or record with "
-                        "--compression-mode message");
+    throw IoError(path,
+                  "is compressed as a whole: unpack it with zstd -d, or record with "
+                  "--compression-mode message");
   }
   if (path.extension() == ".bag") return std::make_unique<Rosbag>(path);
   if (path.extension() == ".mcap") return std::make_unique<McapBag>(path);

@@ -71,9 +71,9 @@ class BagFile {
   std::vector<BagMessage> messages_;
 };
 
-// Opens a bag of ROS 1 (format 2.0) or ROS 2 (SQLite or MCAP; of a folder all files). Throws IoError
-// if it is none, is damaged or truncated, has no index, or is compressed in another way than the
-// formats know.
+// Opens a bag of ROS 1 (format 2.0) or ROS 2 (SQLite or MCAP; of a folder all files). Throws
+// IoError if it is none, is damaged or truncated, has no index, or is compressed in another way
+// than the formats know.
 std::unique_ptr<BagFile> OpenBag(const std::filesystem::path& path);
 
 }  // namespace highwall

@@ -48,8 +48,7 @@ std::vector<ImuSample> JoinReadings(std::vector<ImuSample> gyroscope,
       if (after->stamp - before.stamp > kLongestGap) continue;
       const double share = static_cast<double>(reading.stamp - before.stamp) /
                            static_cast<double>(after->stamp - before.stamp);
-      reading.accelerometer =
-          (1.0 - share) * before.accelerometer + share * after->accelerometer;
+      reading.accelerometer = (1.0 - share) * before.accelerometer + share * after->accelerometer;
     }
     joined.push_back(reading);
   }
@@ -64,8 +63,9 @@ ImuRecording ReadBagReadings(const BagFile& bag, const BagImuTopics& topics, boo
                                      ReadingsOf(bag, topics.accelerometer, use_recorded));
   }
   if (recording.samples.empty()) {
-    throw IoError(bag.path(), "its gyroscope has no readings between those of its accelerometer: "
-                              "run without an IMU, --imu off");
+    throw IoError(bag.path(),
+                  "its gyroscope has no readings between those of its accelerometer: "
+                  "run without an IMU, --imu off");
   }
   return recording;
 }

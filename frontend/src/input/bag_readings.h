@@ -19,8 +19,8 @@ namespace highwall {
 std::vector<ImuSample> JoinReadings(std::vector<ImuSample> gyroscope,
                                     std::vector<ImuSample> accelerometer);
 
-// Reads the IMU of a bag. use_recorded: stamps are the times of recording, not those of the headers.
-// Throws IoError if a message is damaged or no reading is left.
+// Reads the IMU of a bag. use_recorded: stamps are the times of recording, not those of the
+// headers. Throws IoError if a message is damaged or no reading is left.
 ImuRecording ReadBagReadings(const BagFile& bag, const BagImuTopics& topics, bool use_recorded);
 
 // Whether the headers of a topic have no stamps: that of its first message is 0.

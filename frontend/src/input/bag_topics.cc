@@ -38,8 +38,7 @@ std::uint32_t TopicNamed(const BagFile& bag, const std::string& name, const IsOf
     if (topics[i].name == name && topics[i].messages > 0 && is_of_kind(topics[i])) return i;
   }
   const bool exists = std::ranges::find(topics, name, &BagTopic::name) != topics.end();
-  RefuseTopics(bag, exists ? "its topic " + name + " holds no " + what
-                           : "has no topic " + name);
+  RefuseTopics(bag, exists ? "its topic " + name + " holds no " + what : "has no topic " + name);
 }
 
 // Describes the first image of a topic that is not damaged.
@@ -75,13 +74,13 @@ std::vector<BagImageTopic> ImagesIn(const BagFile& bag) {
 // Whether depth is of the view of colour: by the name that drivers give it, or by its frame.
 bool IsRegistered(const BagFile& bag, const BagImageTopic& colour, const BagImageTopic& depth) {
   const std::string name = LowerCase(bag.topics()[depth.topic].name);
-  if (HasOneOf(name, {"aligned_depth", "depth_registered", "depth_to_color", "depth_to_rgb",
-                      "registered", "aligned"})) {
+  if (HasOneOf(name, {"aligned", "registered", "depth_to_color", "depth_to_rgb"}) &&
+      !HasOneOf(name, {"unaligned", "unregistered"})) {
     return true;
   }
   const RosImageDescription &a = colour.first, &b = depth.first;
-  const bool one_size = a.is_compressed || b.is_compressed ||
-                        (a.width == b.width && a.height == b.height);
+  const bool one_size =
+      a.is_compressed || b.is_compressed || (a.width == b.width && a.height == b.height);
   // The frames of the SDK of RealSense are numbers, all 0.
   return one_size && !a.frame.empty() && a.frame != "0" && a.frame == b.frame;
 }
@@ -155,8 +154,7 @@ BagImageTopics ChooseImages(const BagFile& bag, const BagTopics& wanted) {
   const std::vector<BagImageTopic> images = ImagesIn(bag);
   BagImageTopics chosen;
   if (!wanted.colour.empty()) {
-    chosen.colour =
-        DescribeImages(bag, TopicNamed(bag, wanted.colour, IsRosImage, "images"));
+    chosen.colour = DescribeImages(bag, TopicNamed(bag, wanted.colour, IsRosImage, "images"));
   } else {
     const BagImageTopic* const best = BestOf(
         bag, images, false, [&](const BagImageTopic& image) { return FitOfColour(bag, image); });
@@ -166,10 +164,9 @@ BagImageTopics ChooseImages(const BagFile& bag, const BagTopics& wanted) {
   if (!wanted.depth.empty()) {
     chosen.depth = DescribeImages(bag, TopicNamed(bag, wanted.depth, IsRosImage, "images"));
   } else {
-    const BagImageTopic* const best =
-        BestOf(bag, images, true, [&](const BagImageTopic& image) {
-          return FitOfDepth(bag, chosen.colour, image);
-        });
+    const BagImageTopic* const best = BestOf(bag, images, true, [&](const BagImageTopic& image) {
+      return FitOfDepth(bag, chosen.colour, image);
+    });
     if (best == nullptr) RefuseTopics(bag, "holds no depth images in 16UC1, mono16 or 32FC1");
     chosen.depth = *best;
   }

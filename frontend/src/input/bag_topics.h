@@ -31,8 +31,8 @@ struct BagImuTopics {
   bool IsOne() const { return gyroscope == accelerometer; }
 };
 
-// Throws IoError, which names the topics of the bag and their types, if a topic that is asked for is
-// none of its images, and if there is no colour or no depth.
+// Throws IoError, which names the topics of the bag and their types, if a topic that is asked for
+// is none of its images, and if there is no colour or no depth.
 BagImageTopics ChooseImages(const BagFile& bag, const BagTopics& wanted);
 
 // Returns nothing if there is no IMU. near: a topic of the camera; an IMU of the same device comes

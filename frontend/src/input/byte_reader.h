@@ -39,8 +39,7 @@ class ByteReader {
   void Skip(std::uint64_t count) { Take(count); }
 
   template <class T>
-    requires std::integral<T> || std::floating_point<T>
-  T Number() {
+  requires std::integral<T> || std::floating_point<T> T Number() {
     const ByteSpan taken = Take(sizeof(T));
     std::uint8_t ordered[sizeof(T)];
     const bool reversed = big_endian_ != (std::endian::native == std::endian::big);

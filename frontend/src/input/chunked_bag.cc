@@ -9,8 +9,8 @@
 namespace highwall {
 namespace {
 
-constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 28;   // [byte]
-constexpr std::uint64_t kMostKept = std::uint64_t{64} << 20;      // [byte] of chunks in memory
+constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 28;  // [byte]
+constexpr std::uint64_t kMostKept = std::uint64_t{64} << 20;     // [byte] of chunks in memory
 
 }  // namespace
 

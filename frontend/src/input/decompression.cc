@@ -26,7 +26,8 @@ class ContentBuffer {
   // Returns free room for at least one byte more than the limit permits, so that excess is noticed.
   std::span<std::uint8_t> Room() {
     const std::uint64_t left = most_ - std::min<std::uint64_t>(most_, used_) + 1;
-    const std::size_t wanted = used_ + static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, left));
+    const std::size_t wanted =
+        used_ + static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, left));
     if (content_.size() < wanted) content_.resize(wanted);
     return std::span(content_).subspan(used_);
   }

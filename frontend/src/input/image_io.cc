@@ -98,8 +98,8 @@ cv::Mat DecodeColourImage(const std::filesystem::path& path, const Bytes& bytes)
     cv::cvtColor(*image, colour, cv::COLOR_GRAY2BGR);
     return colour;
   }
-  return DecodeByOpenCv(
-      path, bytes, cv::ImreadModes(cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION));
+  return DecodeByOpenCv(path, bytes,
+                        cv::ImreadModes(cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION));
 }
 
 cv::Mat DecodeDepthImage(const std::filesystem::path& path, const Bytes& bytes) {
@@ -121,8 +121,8 @@ cv::Mat ReadGreyImage(const std::filesystem::path& path) {
   const Bytes bytes = ReadBytes(path);
   const auto image = DecodeDirectly(path, bytes);
   if (image && image->type() == CV_8UC1) return *image;
-  return DecodeByOpenCv(
-      path, bytes, cv::ImreadModes(cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION));
+  return DecodeByOpenCv(path, bytes,
+                        cv::ImreadModes(cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION));
 }
 
 cv::Mat ReadStoredImage(const std::filesystem::path& path) {

@@ -42,8 +42,8 @@ McapBag::McapBag(const std::filesystem::path& path) : ChunkedBag(path) {
   };
   if (!is_magic_at(0)) throw IoError(path, "is not an MCAP file: it does not begin as one");
   if (file().size() < 2 * kMcapMagic.size() || !is_magic_at(file().size() - kMcapMagic.size())) {
-    throw IoError(path, "is truncated, because its recording was not ended: " +
-                            std::string(remedy()));
+    throw IoError(path,
+                  "is truncated, because its recording was not ended: " + std::string(remedy()));
   }
   Records records = RecordsOfFile(kMcapMagic.size());
   while (ReadRecord(&records, false)) {
@@ -94,8 +94,7 @@ void McapBag::ReadChannel(Records* records, std::uint64_t size) {
   const auto id = reader.Number<std::uint16_t>(), schema = reader.Number<std::uint16_t>();
   const std::string topic = reader.Text(), encoding = reader.Text();
   const auto type = types_.find(schema);
-  channels_[id] =
-      AddTopic(topic, type == types_.end() ? "" : type->second, McapEncoding(encoding));
+  channels_[id] = AddTopic(topic, type == types_.end() ? "" : type->second, McapEncoding(encoding));
 }
 
 void McapBag::ReadMessage(Records* records, std::uint64_t size) {

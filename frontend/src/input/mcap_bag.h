@@ -15,8 +15,8 @@ namespace highwall {
 // Source: "MCAP Format Specification", https://mcap.dev/spec
 class McapBag final : public ChunkedBag {
  public:
-  // Throws IoError if it is no MCAP, is truncated or damaged, or is compressed otherwise than by LZ4
-  // or zstd.
+  // Throws IoError if it is no MCAP, is truncated or damaged, or is compressed otherwise than by
+  // LZ4 or zstd.
   explicit McapBag(const std::filesystem::path& path);
 
  private:

@@ -63,7 +63,7 @@ Stamp MessageReader::Time() {
 Stamp StampInHead(MessageEncoding encoding, ByteSpan head) {
   if (encoding == MessageEncoding::kOther || head.size() < BagMessage::kHead) return 0;
   const std::filesystem::path none;
-  ByteReader reader(none, "", head);  // which cannot end early
+  ByteReader reader(none, "", head);      // which cannot end early
   const ByteSpan first = reader.Take(4);  // the sequence number of ROS 1, or the header of CDR
   reader.set_big_endian(encoding == MessageEncoding::kCdr && (first[1] & 1) == 0);
   const auto seconds = reader.Number<std::uint32_t>(), nanoseconds = reader.Number<std::uint32_t>();

@@ -20,8 +20,9 @@ namespace highwall {
 // DDS" 1.3, section 7.4.
 class MessageReader {
  public:
-  // path, name: of the message, for errors; bytes: its content. All outlive this. Throws IoError for
-  // an encoding or a representation of CDR that is not known; all others if the message ends early.
+  // path, name: of the message, for errors; bytes: its content. All outlive this. Throws IoError
+  // for an encoding or a representation of CDR that is not known; all others if the message ends
+  // early.
   MessageReader(const std::filesystem::path& path, std::string_view name, MessageEncoding encoding,
                 ByteSpan bytes);
 

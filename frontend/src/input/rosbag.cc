@@ -69,9 +69,8 @@ struct Rosbag::Header {
 Rosbag::Rosbag(const std::filesystem::path& path) : ChunkedBag(path) {
   if (file().size() == 0) throw IoError(path, "is empty");
   Records records = RecordsOfFile(0);
-  const auto magic = file().Holds(0, kRosbagMagic.size())
-                         ? records.Take(kRosbagMagic.size())
-                         : std::vector<std::uint8_t>();
+  const auto magic = file().Holds(0, kRosbagMagic.size()) ? records.Take(kRosbagMagic.size())
+                                                          : std::vector<std::uint8_t>();
   const std::string text(magic.begin(), magic.end());
   if (text != kRosbagMagic) {
     throw IoError(path, text.starts_with("#ROS")
@@ -100,8 +99,8 @@ void Rosbag::ReadBagHeader(Records* records) const {
     throw IoError(path(), "is damaged: its first record is not that of a bag");
   }
   if (header.Number<std::uint64_t>("index_pos") == 0) {
-    throw IoError(path(),
-                  "has no index, because its recording was not ended: repair it with rosbag reindex");
+    throw IoError(
+        path(), "has no index, because its recording was not ended: repair it with rosbag reindex");
   }
   records->Skip(header.size);
 }

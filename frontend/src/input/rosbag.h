@@ -10,9 +10,8 @@
 
 namespace highwall {
 
-// A bag of ROS 1. Read here rather than by librosbag-storage, which several threads cannot share and
-// which needs ROS.
-// Source: ROS wiki, "Bags/Format/2.0", https://wiki.ros.org/Bags/Format/2.0
+// A bag of ROS 1. Read here rather than by librosbag-storage, which several threads cannot share
+// and which needs ROS. Source: ROS wiki, "Bags/Format/2.0", https://wiki.ros.org/Bags/Format/2.0
 class Rosbag final : public ChunkedBag {
  public:
   // Throws IoError if it is no bag of format 2.0, has no index, is truncated or damaged.

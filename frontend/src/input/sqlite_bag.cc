@@ -17,8 +17,8 @@ namespace {
 constexpr std::uint64_t kLargestMessage = std::uint64_t{1} << 28;  // [byte] compressed or not
 
 [[noreturn]] void RefuseDatabase(const std::filesystem::path& path, sqlite3* database) {
-  throw IoError(path, std::string("is no bag of ROS 2, or is damaged: ") +
-                          sqlite3_errmsg(database));
+  throw IoError(path,
+                std::string("is no bag of ROS 2, or is damaged: ") + sqlite3_errmsg(database));
 }
 
 // A prepared query.
@@ -94,8 +94,8 @@ void SqliteBag::ReadMessages(const std::vector<std::pair<std::int64_t, std::uint
               "SELECT rowid, topic_id, timestamp, length(data) FROM messages "
               "WHERE typeof(data) = 'blob'");
   while (query.Next()) {
-    const auto topic = std::ranges::find(topics, query.Integer(1),
-                                         &std::pair<std::int64_t, std::uint32_t>::first);
+    const auto topic =
+        std::ranges::find(topics, query.Integer(1), &std::pair<std::int64_t, std::uint32_t>::first);
     if (topic == topics.end()) throw IoError(path(), "is damaged: a message has no topic");
     BagMessage message{.recorded = query.Integer(2),
                        .topic = topic->second,

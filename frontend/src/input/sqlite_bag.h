@@ -13,7 +13,8 @@ struct sqlite3_blob;
 
 namespace highwall {
 
-// A file of ROS 2 in a database of SQLite. Messages that are compressed one by one are read as well.
+// A file of ROS 2 in a database of SQLite. Messages that are compressed one by one are read as
+// well.
 class SqliteBag final : public BagFile {
  public:
   // Throws IoError if it is no such database or is damaged.
