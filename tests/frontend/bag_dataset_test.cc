@@ -11,6 +11,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/bag_imu.h>
 #include <highwall/frontend/input/open_dataset.h>
+#include <highwall/frontend/input/sensor_profile.h>
 
 #include "input/bag_readings.h"
 #include "support/bag_files.h"
@@ -208,6 +209,13 @@ TEST_F(BagDatasetTest, TheExtrinsicsAndTheDepthUnitOfARealSenseAreUsed) {
   transform("0/Depth_0", Pose());  // the reference
   transform("1/Color_0", T_C0);
   transform("2/Gyro_0", Pose(Eigen::Quaterniond(1, 0, 0, 0), {0.0, 0.02, 0.0}));
+  for (const auto& [key, value] :
+       {std::pair("Serial Number", "D415"), {"Name", "Intel RealSense D435I"}}) {
+    testing::MessageWriter writer(scene.how);
+    writer.Text(key);
+    writer.Text(value);
+    messages.push_back({"/device_0/info", "diagnostic_msgs/KeyValue", 1, writer.bytes()});
+  }
   testing::MessageWriter unit(scene.how);
   unit.Number(0.0001F);
   messages.push_back({device + "0/option/Depth_Units/value", "std_msgs/Float32", 1, unit.bytes()});
@@ -222,6 +230,7 @@ TEST_F(BagDatasetTest, TheExtrinsicsAndTheDepthUnitOfARealSenseAreUsed) {
   const auto dataset = Open(messages);
   const SensorCalibration& stated = *dataset->calibration();
   EXPECT_EQ(stated.sensor.depth_factor, 10000.0);
+  EXPECT_EQ(stated.sensor.min_depth, FindSensorProfile("d435")->min_depth);
   ASSERT_TRUE(stated.sensor.depth_camera.has_value());
   EXPECT_TRUE(stated.sensor.depth_camera->T_CD.Matrix().isApprox(T_C0.Matrix(), 1e-12));
   EXPECT_TRUE(
@@ -288,11 +297,29 @@ TEST_F(BagDatasetTest, SaysWhatIsWrongWithARecording) {
          {.max_stamp_difference = 0.001});
   RecordedScene other;
   other.camera.width = 100;
-  expect(other, "its first images cannot be used; the first: " + path().string() +
-                    ": /camera/color/camera_info is for images of 100 x 48, but they are 64 x 48");
-  other.camera.fx = 0.0;
-  expect(other, "its first images cannot be used; the first: " + path().string() +
-                    ": /camera/color/camera_info states no camera: ");
+  expect(other, "/camera/color/camera_info is for images of 100 x 48, but they are 64 x 48");
+  other.camera.fx = 1.0;
+  expect(other, "/camera/color/camera_info states no camera: ");
+  RgbdSensor sensor;
+  sensor.camera = RecordedScene().camera;
+  const auto dataset = Open(MessagesOf(other), sensor);
+  ASSERT_EQ(dataset->warnings().size(), 1U);
+  EXPECT_NE(dataset->warnings()[0].find("; the configuration is used alone"), std::string::npos);
+  EXPECT_TRUE(dataset->Load(0).has_value());
+}
+
+// All zero, as drivers publish it.
+TEST_F(BagDatasetTest, ACameraThatIsNotCalibratedStatesNothing) {
+  std::vector<WrittenMessage> messages = MessagesOf({.colour_info = ""});
+  testing::MessageWriter writer(Serialization::kRos1);
+  writer.Header(1, "color_optical");
+  writer.Number(std::uint32_t{48});
+  writer.Number(std::uint32_t{64});
+  writer.Text("");
+  writer.Number(std::uint32_t{0});
+  writer.Zeros(9 + 9 + 12);
+  messages.push_back({"/camera/color/camera_info", "sensor_msgs/CameraInfo", 1, writer.bytes()});
+  EXPECT_EQ(Open(messages)->calibration(), nullptr);
 }
 
 TEST_F(BagDatasetTest, AFrameThatIsDamagedIsAProblemAndNamed) {

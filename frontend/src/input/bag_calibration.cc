@@ -4,10 +4,12 @@
 #include <cmath>
 #include <cstdint>
 #include <initializer_list>
+#include <utility>
 #include <vector>
 
 #include <highwall/core/camera.h>
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/sensor_profile.h>
 
 #include "input/colour_to_depth.h"
 #include "input/frame_tree.h"
@@ -111,7 +113,7 @@ PinholeCamera CameraOfInfo(const BagFile& bag, const std::string& topic, const R
                                info.model + ", which is not known: its coefficients are left out");
   }
   try {
-    camera.Validate();
+    RgbdSensor{.camera = camera}.Validate();
   } catch (const InvalidArgument& error) {  // the file's fault, which IoError reports
     throw IoError(bag.path(), topic + " states no camera: " + error.what());
   }
@@ -131,10 +133,33 @@ std::optional<BagCamera> ReadBagCamera(const BagFile& bag, const BagImageTopic& 
   const std::optional<std::uint32_t> topic = FindCameraInfo(bag, image);
   if (!topic) return std::nullopt;
   const RosCameraInfo info = ReadFirst(bag, *topic, ReadRosCameraInfo);
+  if (info.K[0] == 0.0 && info.P[0] == 0.0) return std::nullopt;  // how ROS marks no calibration
   const std::string base = WithoutTransport(bag.topics()[image.topic].name);
   const bool is_rectified = base.substr(FolderOf(base).size()).find("rect") != std::string::npos;
   const std::string& name = bag.topics()[*topic].name;
   return BagCamera{name, CameraOfInfo(bag, name, info, is_rectified, size, result)};
+}
+
+// Returns the profile of the RealSense whose SDK recorded the bag: the topic /device_0/info has
+// "Name" and "Intel RealSense D435I". Null if there is none.
+const SensorProfile* FindDevice(const BagFile& bag) {
+  for (const BagMessage& message : bag.messages()) {
+    const BagTopic& topic = bag.topics()[message.topic];
+    if (topic.type != "diagnostic_msgs/KeyValue" || !topic.name.starts_with("/device_") ||
+        !topic.name.ends_with("/info")) {
+      continue;
+    }
+    const std::vector<std::uint8_t> bytes = bag.Read(message);
+    const std::string name = bag.NameOf(message);
+    MessageReader reader(bag.path(), name, topic.encoding, bytes);
+    const std::string key = reader.Text(), value = reader.Text();
+    if (key != "Name") continue;
+    for (const auto& [model, profile] :
+         {std::pair("D415", "d415"), {"D435", "d435"}, {"D455", "d455"}, {"L515", "l515"}}) {
+      if (value.find(model) != std::string::npos) return FindSensorProfile(profile);
+    }
+  }
+  return nullptr;
 }
 
 bool IsOneView(const PinholeCamera& a, const PinholeCamera& b) {
@@ -182,8 +207,12 @@ BagCalibration ReadBagCalibration(const BagFile& bag, const BagImageTopics& imag
   result.is_registered = images.is_registered;
   const std::optional<BagCamera> camera = ReadBagCamera(bag, images.colour, colour, &result);
   if (!camera) return result;
-  result.calibration.emplace().sensor.camera = camera->camera;
-  result.calibration->sensor.depth_factor = DepthFactorOf(bag, images.depth);
+  RgbdSensor& sensor = result.calibration.emplace().sensor;
+  if (const SensorProfile* const device = FindDevice(bag)) {
+    sensor = device->SensorFor(camera->camera);
+  }
+  sensor.camera = camera->camera;
+  sensor.depth_factor = DepthFactorOf(bag, images.depth);
   const FrameTree tree = ReadFrameTree(bag);
   if (!images.is_registered) AddDepthCamera(bag, images, tree, depth, &result);
   if (imu) AddImu(bag, images, *imu, tree, &result);

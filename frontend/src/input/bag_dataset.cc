@@ -22,13 +22,19 @@ std::string SizeOf(const cv::Mat& image) {
   return std::to_string(image.cols) + " x " + std::to_string(image.rows);
 }
 
-// [Hz] of the median step; 0 for fewer than two readings.
-double RateOf(const std::vector<ImuSample>& samples) {
+// [Hz] of the median step between the stamps of a topic; 0 for fewer than two.
+double RateOf(const BagFile& bag, std::uint32_t topic) {
   std::vector<Stamp> steps;
-  for (std::size_t i = 1; i < samples.size(); ++i) {
-    if (samples[i].stamp > samples[i - 1].stamp) {
-      steps.push_back(samples[i].stamp - samples[i - 1].stamp);
+  const BagMessage* before = nullptr;
+  for (const BagMessage& message : bag.messages()) {
+    if (message.topic != topic) continue;
+    const auto stamp = [&](const BagMessage& of) {
+      return StampInHead(bag.topics()[topic].encoding, of.head);
+    };
+    if (before != nullptr && stamp(message) > stamp(*before)) {
+      steps.push_back(stamp(message) - stamp(*before));
     }
+    before = &message;
   }
   return steps.empty() ? 0.0 : 1.0 / ToSeconds(UpperMedian(std::move(steps)));
 }
@@ -53,7 +59,7 @@ BagDataset::BagDataset(const std::filesystem::path& path, const std::optional<Rg
   colour_ = ListImages(images_.colour.topic);
   depth_ = ListImages(images_.depth.topic);
   Pair();
-  Calibrate();
+  Calibrate(!sensor);
   UseSensor(sensor);
   CheckDepthFactor();
 }
@@ -99,26 +105,33 @@ void BagDataset::Pair() {
              limit + advice);
 }
 
-// The sizes are those of the first frame that can be read, and hold for all.
-void BagDataset::Calibrate() {
+// Returns the sizes of colour and depth: those of the first frame that can be read hold for all.
+std::pair<cv::Size, cv::Size> BagDataset::FindSizes() const {
+  constexpr std::size_t kMostTried = 30;
   std::string first_problem;
-  for (std::size_t i = 0; i < size(); ++i) {
+  for (std::size_t i = 0; i < std::min(size(), kMostTried); ++i) {
     try {
-      const cv::Size colour = ReadColour(i).size(), depth = ReadDepth(i).size();
-      calibration_ = ReadBagCalibration(*bag_, images_, imu_, colour, depth);
-      first_problem.clear();
-      break;
+      return {ReadColour(i).size(), ReadDepth(i).size()};
     } catch (const IoError& error) {
       if (first_problem.empty()) first_problem = error.what();
-      constexpr std::size_t kMostTried = 30;
-      if (i + 1 == std::min(size(), kMostTried)) {
-        throw IoError(bag_->path(), "its first images cannot be used; the first: " + first_problem);
-      }
     }
+  }
+  throw IoError(bag_->path(), "its first images cannot be used; the first: " + first_problem);
+}
+
+// is_needed: no configuration replaces what the bag states.
+void BagDataset::Calibrate(bool is_needed) {
+  const auto [colour, depth] = FindSizes();
+  try {
+    calibration_ = ReadBagCalibration(*bag_, images_, imu_, colour, depth);
+  } catch (const IoError& error) {
+    if (is_needed) throw;
+    AddWarning(std::string(error.what()) + "; the configuration is used alone");
+    return;
   }
   for (const std::string& warning : calibration_.warnings) AddWarning(warning);
   if (!calibration_.calibration || !calibration_.calibration->imu) return;
-  const double rate = RateOf(ReadBagReadings(*bag_, *imu_, use_recorded_).samples);
+  const double rate = RateOf(*bag_, imu_->gyroscope);
   if (rate > 0.0) calibration_.calibration->imu->rate = rate;
 }
 

@@ -59,7 +59,8 @@ class BagDataset final : public Dataset {
   RgbdImage DoLoad(std::size_t index) const override;
   Stream ListImages(std::uint32_t topic);
   void Pair();
-  void Calibrate();
+  std::pair<cv::Size, cv::Size> FindSizes() const;
+  void Calibrate(bool is_needed);
   void UseSensor(const std::optional<RgbdSensor>& sensor);
   void CheckDepthFactor();
   cv::Mat ReadColour(std::size_t frame) const;
