@@ -151,6 +151,42 @@ TEST_F(BagsOfAWalk, ConvertWritesTheFolderThatTheBagWasMadeOf) {
   }
 }
 
+// Depth of its own camera, whose pose and whose IMU /tf_static states.
+TEST(ConvertOfABag, WritesDepthThatItRegistered) {
+  const TemporaryDirectory folder;
+  testing::RecordedScene scene{.depth = "/camera/depth/image_raw", .depth_frame = "depth"};
+  scene.camera.k1 = 0.0;
+  std::vector<WrittenMessage> messages = testing::MessagesOf(scene);
+  PinholeCamera depth = scene.camera;
+  depth.fx = 58.0;
+  messages.push_back({"/camera/depth/camera_info", "sensor_msgs/CameraInfo", testing::kSceneStart,
+                      CameraInfoMessage(scene.how, "depth", depth)});
+  const Pose T_CD(Eigen::Quaterniond(1, 0, 0, 0), {0.05, 0.0, 0.0});
+  const Pose T_CB(Eigen::Quaterniond(0, 1, 0, 0), {0.0, 0.0, 0.3});
+  messages.push_back({"/tf_static", "tf2_msgs/TFMessage", testing::kSceneStart,
+                      TransformsMessage(scene.how, {{"color_optical", "depth", T_CD},
+                                                    {"color_optical", "imu_frame", T_CB}})});
+  WriteText(folder / "a.bag", testing::RosbagOf(messages));
+  const Outcome outcome =
+      Highwall("convert " + Quoted(folder / "a.bag") + " " + Quoted(folder / "copy"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(Contains(outcome.out, "imu         121 readings in imu.csv")) << outcome.out;
+  const OpenedDataset a = OpenWithConfig("", folder / "a.bag");
+  const OpenedDataset b = OpenWithConfig("", folder / "copy");
+  EXPECT_TRUE(a.config.sensor.depth_camera.has_value());
+  EXPECT_FALSE(b.config.sensor.depth_camera.has_value());
+  ASSERT_TRUE(b.config.imu.has_value());
+  EXPECT_TRUE(b.config.imu->T_BC.Matrix().isApprox(T_CB.Inverse().Matrix(), 1e-8));
+  for (std::size_t i = 0; i < a.images->size(); ++i) {
+    const auto from = a.images->Load(i), to = b.images->Load(i);
+    ASSERT_TRUE(from && to);
+    EXPECT_GT(cv::countNonZero(from->depth), 500);
+    EXPECT_EQ(cv::norm(from->bgr, to->bgr, cv::NORM_INF), 0.0);
+    // It is stored by a factor of at least 1000, and inside a surface it is interpolated.
+    EXPECT_LE(cv::norm(from->depth, to->depth, cv::NORM_INF), 0.5001 / 1000.0);
+  }
+}
+
 TEST(InfoOnABag, NamesFormatTopicsAndCalibration) {
   const TemporaryDirectory folder;
   WriteText(folder / "a.bag", testing::RosbagOf(testing::MessagesOf({})));
