@@ -93,8 +93,14 @@ SlamRun TrackCamera(const LiveArguments& arguments, ImageSource& device, const R
       [&](const RunCallbacks& callbacks) { return RunSlam(camera, sensor, options, callbacks); });
 }
 
-// Ends the recording and describes it for run.json; failures go to those of the run.
-nlohmann::json EndRecording(TumRecorder& recorder, SlamRun* run) {
+// What run.json holds of a recording.
+struct RecordingJson {
+  nlohmann::json counts;
+  std::optional<nlohmann::json> identity;  // empty if the recording cannot be read
+};
+
+// Ends the recording; failures go to those of the run, whose results do not depend on it.
+RecordingJson EndRecording(TumRecorder& recorder, const RgbdSensor& sensor, SlamRun* run) {
   const RecordingCounts counts = recorder.Finish();
   const std::string folder = recorder.folder().string();
   if (!counts.failure.empty()) run->failures.push_back("recording: " + counts.failure);
@@ -103,10 +109,18 @@ nlohmann::json EndRecording(TumRecorder& recorder, SlamRun* run) {
   }
   fmt::print(stderr, "highwall live: recorded {} images{} in {}\n", counts.images,
              counts.readings > 0 ? fmt::format(" and {} readings", counts.readings) : "", folder);
-  return {{"folder", AbsoluteName(folder)},
-          {"images", counts.images},
-          {"readings", counts.readings},
-          {"missed", counts.missed}};
+  RecordingJson json{.counts = {{"folder", AbsoluteName(folder)},
+                                {"images", counts.images},
+                                {"readings", counts.readings},
+                                {"missed", counts.missed}},
+                     .identity = {}};
+  if (counts.images == 0) return json;
+  try {
+    json.identity = ToJson(IdentityOf(*OpenDataset(recorder.folder(), sensor)));
+  } catch (const IoError& error) {
+    run->failures.push_back(std::string("recording: ") + error.what());
+  }
+  return json;
 }
 
 int RunCamera(const LiveArguments& arguments) {
@@ -121,8 +135,8 @@ int RunCamera(const LiveArguments& arguments) {
   session.Begin(sensor, &options);
   SlamRun run = TrackCamera(arguments, *opened.images, sensor, options,
                             recorder ? &*recorder : nullptr, session);
-  std::optional<nlohmann::json> recorded;
-  if (recorder) recorded = EndRecording(*recorder, &run);
+  std::optional<RecordingJson> recorded;
+  if (recorder) recorded = EndRecording(*recorder, sensor, &run);
   WarnOfSensors("live", run, sensor.depth_factor);
   if (const auto exit_code = session.EndWithoutPose(run, arguments.camera)) return *exit_code;
   // The recording has a calibration of its own, with the unit of its depth.
@@ -132,10 +146,8 @@ int RunCamera(const LiveArguments& arguments) {
   report["camera"] = arguments.camera;
   report["depth_noise"] = ToJson(sensor.depth_noise);
   report["settings"] = ChangedSettings(options.slam);
-  if (recorded) {
-    report["recorded"] = *recorded;
-    report["recording"] = ToJson(IdentityOf(*OpenDataset(arguments.record, sensor)));
-  }
+  if (recorded) report["recorded"] = recorded->counts;
+  if (recorded && recorded->identity) report["recording"] = *recorded->identity;
   return session.Write(run, std::move(report), false);
 }
 
