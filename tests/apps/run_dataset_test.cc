@@ -74,6 +74,15 @@ TEST_F(RunDataset, ReportNamesFilesSoThatTheyAreFoundFromAnywhere) {
   EXPECT_EQ(DatasetsOfRun(run(), report).front(), Recording("day2"));
 }
 
+TEST_F(RunDataset, ItsInputOptionsAreThoseOfTheReport) {
+  const DatasetOptions options = InputOptionsOfRun(
+      {{"max_pair_difference_s", 0.03}, {"topics", "colour=/a,imu=/b"}, {"frame_rate_hz", -1.0}});
+  EXPECT_EQ(options.max_stamp_difference, 0.03);
+  EXPECT_EQ(options.frame_rate, DatasetOptions().frame_rate);
+  EXPECT_EQ(options.topics, (BagTopics{.colour = "/a", .imu = "/b"}));
+  EXPECT_EQ(InputOptionsOfRun({{"topics", "color=/a"}}).topics, BagTopics());
+}
+
 TEST_F(RunDataset, AnAbsoluteNameIsThatAlone) {
   const std::vector<fs::path> datasets = DatasetsOfRun(run(), Report(Recording("day1")));
   EXPECT_EQ(datasets, std::vector{Recording("day1")});

@@ -180,6 +180,10 @@ TEST(OpenBag, SaysWhatIsWrongWithAFile) {
   std::string damaged = RosbagOf(SomeMessages(), "bz2");  // which has a checksum
   damaged[damaged.size() / 2] = static_cast<char>(damaged[damaged.size() / 2] ^ 0x5A);
   expect("a.bag", damaged, "the chunk at byte ");
+  // LZ4 as written here has no checksum of its own.
+  std::string changed = McapOf(SomeMessages(), "lz4");
+  changed[changed.size() / 2] = static_cast<char>(changed[changed.size() / 2] ^ 0x5A);
+  expect("a.mcap", changed, "the chunk at byte ");
   ExpectError<IoError>("nowhere.bag: cannot be read: ", [&] { OpenBag(folder / "nowhere.bag"); });
 }
 

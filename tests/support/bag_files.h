@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <bzlib.h>
+#include <libdeflate.h>
 #include <lz4frame.h>
 #include <sqlite3.h>
 #include <zstd.h>
@@ -138,7 +139,8 @@ inline std::string McapOf(const std::vector<WrittenMessage>& messages,
     const std::string stored = Compressed(content, compression);
     file += record('\6', std::string(16, '\0') +
                              LittleEndian(static_cast<std::uint64_t>(content.size())) +
-                             LittleEndian(0U) + Counted(compression == "none" ? "" : compression) +
+                             LittleEndian(libdeflate_crc32(0, content.data(), content.size())) +
+                             Counted(compression == "none" ? "" : compression) +
                              LittleEndian(static_cast<std::uint64_t>(stored.size())) + stored);
     content.clear();
   };

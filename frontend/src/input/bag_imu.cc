@@ -13,7 +13,7 @@ namespace highwall {
 namespace {
 
 // [ns] between two readings of the accelerometer that are joined.
-constexpr Stamp kLongestGap = 100'000'000;
+constexpr Stamp kLongestInterpolation = 100'000'000;
 
 std::vector<ImuSample> ReadingsOf(const BagFile& bag, std::uint32_t index, bool use_recorded) {
   std::vector<ImuSample> readings;
@@ -45,7 +45,7 @@ std::vector<ImuSample> JoinReadings(std::vector<ImuSample> gyroscope,
     } else {
       if (after == accelerometer.begin()) continue;
       const ImuSample& before = *std::prev(after);
-      if (after->stamp - before.stamp > kLongestGap) continue;
+      if (after->stamp - before.stamp > kLongestInterpolation) continue;
       const double share = static_cast<double>(reading.stamp - before.stamp) /
                            static_cast<double>(after->stamp - before.stamp);
       reading.accelerometer = (1.0 - share) * before.accelerometer + share * after->accelerometer;

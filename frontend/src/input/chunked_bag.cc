@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <string>
 
+#include <libdeflate.h>
+
 #include <highwall/core/error.h>
 
 namespace highwall {
@@ -39,7 +41,8 @@ void ChunkedBag::Records::Require(std::uint64_t size) const {
 }
 
 ChunkedBag::Records ChunkedBag::AddChunk(std::uint64_t offset, std::uint64_t stored,
-                                         Compression compression, std::uint64_t size) {
+                                         Compression compression, std::uint64_t size,
+                                         std::uint32_t crc32) {
   if (compression == Compression::kNone) {  // its messages lie in the file as they are
     return {*this, 0, offset, offset + stored};
   }
@@ -47,7 +50,7 @@ ChunkedBag::Records ChunkedBag::AddChunk(std::uint64_t offset, std::uint64_t sto
     throw IoError(path(), "is damaged: the chunk at byte " + std::to_string(offset) + " has " +
                               std::to_string(size) + " bytes");
   }
-  chunks_.push_back({offset, stored, compression, size});
+  chunks_.push_back({offset, stored, compression, size, crc32});
   return {*this, static_cast<std::uint32_t>(chunks_.size()), 0, size};
 }
 
@@ -92,6 +95,9 @@ ChunkedBag::Content ChunkedBag::ContentOf(std::uint32_t part) const {
   const std::string name = "the chunk at byte " + std::to_string(chunk.offset);
   const auto content = std::make_shared<const std::vector<std::uint8_t>>(Decompress(
       path(), name, chunk.compression, file_.Read(chunk.offset, chunk.stored), chunk.size));
+  if (chunk.crc32 != 0 && libdeflate_crc32(0, content->data(), content->size()) != chunk.crc32) {
+    throw IoError(path(), name + " is damaged: its checksum is wrong");
+  }
   const std::scoped_lock lock(mutex_);
   kept_.emplace_front(part, content);
   std::uint64_t bytes = 0;

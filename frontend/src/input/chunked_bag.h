@@ -53,9 +53,11 @@ class ChunkedBag : public BagFile {
 
   const RandomAccessFile& file() const { return file_; }
   Records RecordsOfFile(std::uint64_t begin) const { return {*this, 0, begin, file_.size()}; }
-  // Returns those of a chunk whose stored bytes lie there in the file. size: of its content.
+  // Returns those of a chunk whose stored bytes lie there in the file. size, crc32: of its content;
+  // the checksum is 0 where there is none, and that of a chunk that is not compressed is not
+  // tested.
   Records AddChunk(std::uint64_t offset, std::uint64_t stored, Compression compression,
-                   std::uint64_t size);
+                   std::uint64_t size, std::uint32_t crc32 = 0);
   // Adds a message that begins here; `records` then stands behind it.
   void AddMessageOf(Records* records, std::uint32_t topic, Stamp recorded, std::uint64_t size);
   // What to do about a truncated file.
@@ -68,6 +70,7 @@ class ChunkedBag : public BagFile {
     std::uint64_t offset = 0, stored = 0;  // [byte] in the file
     Compression compression = Compression::kNone;
     std::uint64_t size = 0;  // [byte] of the content
+    std::uint32_t crc32 = 0;
   };
 
   std::vector<std::uint8_t> ReadPart(std::uint32_t part, std::uint64_t offset,

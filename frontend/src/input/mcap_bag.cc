@@ -118,7 +118,7 @@ void McapBag::ReadChunk(Records* records, std::uint64_t size) {
   ByteReader reader(path(), "the header of a chunk", bytes);
   reader.Skip(kTimes);
   const auto content = reader.Number<std::uint64_t>();
-  reader.Skip(sizeof(std::uint32_t));
+  const auto crc32 = reader.Number<std::uint32_t>();
   const std::string name = reader.Text();
   const auto stored = reader.Number<std::uint64_t>();
   const std::uint64_t begin = end - size + reader.position();
@@ -127,7 +127,7 @@ void McapBag::ReadChunk(Records* records, std::uint64_t size) {
   if (!compression || *compression == Compression::kBzip2) {
     throw IoError(path(), "has chunks in the unknown compression '" + name + "'");
   }
-  Records inside = AddChunk(begin, stored, *compression, content);
+  Records inside = AddChunk(begin, stored, *compression, content, crc32);
   while (ReadRecord(&inside, true)) {
   }
 }

@@ -76,7 +76,7 @@ constexpr std::array<DatasetReader, 9> kReaders{{
      .recognizes = &NumberedPairsDataset::IsOne,
      .open = &OpenAs<NumberedPairsDataset>},
     {.format = "ROS bag",
-     .marks = ".db3 or .mcap",
+     .marks = ".db3 or .mcap, or is itself a .bag",
      .calibration = "camera_info",
      .recognizes = &IsBag,
      .open = &OpenAs<BagDataset>},
