@@ -15,7 +15,8 @@ namespace [[gnu::visibility("default")]] highwall {
 // that a wrong one loses no matches. Depth is wrong if another one explains their motion
 // (DepthMotion). Otherwise the lens, the motion of each pair and the points are estimated together,
 // and a finding is as that of the test of a run by its map. Empty where there are not enough
-// matches with depth, unless cx and cy are exchanged (CheckExchangedCentre). Takes some 0.3 s. See docs/misconfiguration.md, Depth and Lens.
+// matches with depth, unless cx and cy are exchanged (CheckExchangedCentre). Takes some 0.3 s. See
+// docs/misconfiguration.md, Depth and Lens.
 std::optional<SensorFinding> CheckPairs(const Dataset& dataset, const RgbdSensor& sensor,
                                         std::size_t begin = 0, std::size_t end = SIZE_MAX);
 
