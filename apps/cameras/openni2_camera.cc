@@ -10,6 +10,7 @@
 #include <deque>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 #include <utility>
 
 #include <fmt/core.h>
@@ -289,12 +290,16 @@ void OpenNi2Camera::Take(const openni::VideoFrameRef& frame) {
   ended_ = colour_played_ && depth_played_;
 }
 
-// A recording at its end would keep a processor busy.
+// Closes a recording at its end too, since its player would keep a processor busy. The player walks
+// through the streams without a lock, which must not be destroyed meanwhile: it rests for 10 ms
+// between two looks when none of them is started.
 void OpenNi2Camera::Close() {
   for (openni::VideoStream* const stream : {&colour_, &depth_}) {
-    if (!stream->isValid()) continue;
-    stream->stop();
-    stream->destroy();
+    if (stream->isValid()) stream->stop();
+  }
+  if (colour_.isValid() && device_.isFile()) std::this_thread::sleep_for(milliseconds(50));
+  for (openni::VideoStream* const stream : {&colour_, &depth_}) {
+    if (stream->isValid()) stream->destroy();
   }
   device_.close();
   ended_ = true;

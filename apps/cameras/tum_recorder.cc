@@ -77,7 +77,7 @@ TumRecorder::TumRecorder(fs::path folder, const SensorCalibration& calibration)
   Append(folder_ / "depth.txt", "# depth images\n# timestamp filename\n");
   Append(folder_ / "rgb.txt", "# color images\n# timestamp filename\n");
   thread_ = std::thread([this] {
-    SetUpThread({"recording", nullptr, ThreadPriority::kBackground});
+    SetUpThread({"recording"});
     Record();
   });
 }
@@ -117,7 +117,7 @@ void TumRecorder::Record() {
     if (waiting_.empty()) return;
     const Entry entry = std::move(waiting_.front());
     waiting_.pop_front();
-    const int compression = waiting_.size() < kMostWaiting / 4 ? kQuick : kNone;
+    const int compression = waiting_.size() < kMostWaiting / 16 ? kQuick : kNone;
     lock.unlock();
     std::string failure;
     try {
@@ -173,15 +173,19 @@ void TumRecorder::WriteReadings(const std::vector<ImuSample>& readings) const {
 }
 
 cv::Mat StoredDepth(const cv::Mat& depth, const RgbdSensor& sensor) {
+  if (sensor.depth_pattern.IsZero() && sensor.inverse_depth_offset == 0.0) {
+    cv::Mat stored;
+    depth.convertTo(stored, CV_16UC1, sensor.depth_factor);  // rounds
+    stored.setTo(0, depth >= (UINT16_MAX + 0.5) / sensor.depth_factor);
+    return stored;
+  }
   cv::Mat stored(depth.size(), CV_16UC1, cv::Scalar(0));
-  const bool is_plain = sensor.depth_pattern.IsZero();
   for (int v = 0; v < depth.rows; ++v) {
     const auto* const z = depth.ptr<float>(v);
     auto* const values = stored.ptr<std::uint16_t>(v);
     for (int u = 0; u < depth.cols; ++u) {
       if (!(z[u] > 0.0F)) continue;
-      const double distortion =
-          is_plain ? 0.0 : sensor.depth_pattern.At(u, v, depth.cols, depth.rows);
+      const double distortion = sensor.depth_pattern.At(u, v, depth.cols, depth.rows);
       const double inverse =
           1.0 / static_cast<double>(z[u]) + sensor.inverse_depth_offset + distortion;
       const double value = std::round(sensor.depth_factor / inverse);

@@ -123,6 +123,19 @@ TEST_F(OpenNi2Camera, EndsWhenItIsStoppedFromAnotherThread) {
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
 }
 
+// The player of OpenNI goes through the streams without a lock, at full speed after the end.
+TEST_F(OpenNi2Camera, ManyRecordingsMayBePlayedOneAfterTheOther) {
+  testing::OniFile file = Recording();
+  file.frames.resize(3);
+  for (std::size_t i = 0; i < 3; ++i) file.frames[i].microseconds = 1'000'000 + i * 5000;
+  testing::WriteOni(folder_ / "short.oni", file);
+  for (int i = 0; i < 15; ++i) {
+    const auto camera = apps::OpenOpenNi2Camera(folder_ / "short.oni", {});
+    while (camera->Next()) {
+    }
+  }
+}
+
 TEST_F(OpenNi2Camera, WhatIsNoRecordingIsRefused) {
   testing::WriteText(folder_ / "text.oni", "this is no recording");
   for (const char* const name : {"text.oni", "missing.oni"}) {

@@ -11,6 +11,7 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
+// Options of a LiveCamera.
 struct LiveCameraOptions {
   std::size_t queue = 2;  // >= 1 images that may wait for the consumer
   // [s] >= 0: an image waits for the readings until this time after it, in the clock of the images,
