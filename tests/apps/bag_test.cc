@@ -228,7 +228,7 @@ TEST(TopicsOfABag, TheSwitchSelectsThem) {
   for (const char* command :
        {"info x", "slam x --out y", "convert x y", "calibrate x", "map x --out y", "imu-noise x"}) {
     ExpectRefused(Highwall(std::string(command) + " --topics color=/a"), 1,
-                  {"--topics", "'color' is none of colour, depth, imu"});
+                  {"--topics", "'color' is none of the topics colour, depth, imu"});
   }
 }
 

@@ -159,7 +159,8 @@ TEST(BagTopics, TheirTextIsChecked) {
   EXPECT_EQ(ReadBagTopics("imu=/c").imu, "/c");
   EXPECT_EQ(ToText(ReadBagTopics("")), "");
   for (const auto& [wrong, message] :
-       {std::pair("color=/a", "'color' is none of colour, depth, imu, gyroscope and accelerometer"),
+       {std::pair("color=/a",
+                  "'color' is none of the topics colour, depth, imu, gyroscope and accelerometer"),
         {"colour", "colour needs a topic, such as colour=/name"},
         {"colour=", "colour needs a topic"},
         {"colour=/a,colour=/b", "colour is given twice"},

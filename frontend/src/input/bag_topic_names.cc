@@ -26,15 +26,15 @@ void SetTopic(std::string_view entry, BagTopics* topics) {
     if (name != known) continue;
     const std::string_view topic =
         equals == std::string_view::npos ? std::string_view() : entry.substr(equals + 1);
-    HIGHWALL_REQUIRE(!topic.empty(), "topics: " + std::string(known) + " needs a topic, such as " +
+    HIGHWALL_REQUIRE(!topic.empty(), std::string(known) + " needs a topic, such as " +
                                          std::string(known) + "=/name");
     HIGHWALL_REQUIRE((topics->*member).empty(),
-                     "topics: " + std::string(known) + " is given twice");
+                     "the topic " + std::string(known) + " is given twice");
     topics->*member = topic;
     return;
   }
-  throw InvalidArgument("topics: '" + std::string(name) +
-                        "' is none of colour, depth, imu, gyroscope and accelerometer");
+  throw InvalidArgument("'" + std::string(name) +
+                        "' is none of the topics colour, depth, imu, gyroscope and accelerometer");
 }
 
 }  // namespace
@@ -47,9 +47,9 @@ BagTopics ReadBagTopics(std::string_view text) {
     text.remove_prefix(std::min(comma + 1, text.size()));
   }
   HIGHWALL_REQUIRE(topics.gyroscope.empty() == topics.accelerometer.empty(),
-                   "topics: gyroscope and accelerometer need each other");
+                   "the topics gyroscope and accelerometer need each other");
   HIGHWALL_REQUIRE(topics.imu.empty() || topics.gyroscope.empty(),
-                   "topics: imu has both sensors; leave gyroscope and accelerometer out");
+                   "the topic imu has both sensors; leave gyroscope and accelerometer out");
   return topics;
 }
 
