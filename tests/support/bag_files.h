@@ -164,11 +164,14 @@ inline std::string McapOf(const std::vector<WrittenMessage>& messages,
   return file + record('\x0F', LittleEndian(0U)) + record('\2', std::string(20, '\0')) + magic;
 }
 
-// A database of ROS 2. compressed: each message by itself.
+// A database of ROS 2. compressed: each message by itself. page: [byte]
 inline void WriteSqliteBag(const std::filesystem::path& path,
-                           const std::vector<WrittenMessage>& messages, bool compressed = false) {
+                           const std::vector<WrittenMessage>& messages, bool compressed = false,
+                           int page = 4096) {
   sqlite3* database = nullptr;
   sqlite3_open(path.c_str(), &database);
+  const std::string pages = "PRAGMA page_size = " + std::to_string(page);
+  sqlite3_exec(database, pages.c_str(), nullptr, nullptr, nullptr);
   sqlite3_exec(database,
                "PRAGMA journal_mode = OFF; BEGIN;"
                "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,"
