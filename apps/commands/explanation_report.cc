@@ -24,7 +24,7 @@ std::string LeverText(const ErrorCause& cause) {
                      2e3 * cause.lever_arm_sigma.maxCoeff());
 }
 
-nlohmann::ordered_json ToJson(const std::optional<ErrorCause>& cause) {
+nlohmann::ordered_json CauseJson(const std::optional<ErrorCause>& cause) {
   if (!cause) return nullptr;
   const auto triple = [](const Eigen::Vector3d& v) {
     return nlohmann::ordered_json{v.x(), v.y(), v.z()};
@@ -83,11 +83,11 @@ nlohmann::ordered_json ToJson(const ErrorExplanation& explanation) {
   const Eigen::Vector3d& turn = explanation.hand_eye;
   const Eigen::Vector3d& sigma = explanation.hand_eye_sigma;
   return {{"rmse_m", explanation.rmse},
-          {"time_shift", ToJson(explanation.time_shift)},
-          {"scale", ToJson(explanation.scale)},
-          {"time_shift_and_scale", ToJson(explanation.time_shift_and_scale)},
-          {"lever_arm", ToJson(explanation.lever_arm)},
-          {"all", ToJson(explanation.all)},
+          {"time_shift", CauseJson(explanation.time_shift)},
+          {"scale", CauseJson(explanation.scale)},
+          {"time_shift_and_scale", CauseJson(explanation.time_shift_and_scale)},
+          {"lever_arm", CauseJson(explanation.lever_arm)},
+          {"all", CauseJson(explanation.all)},
           {"slow_m", explanation.slow},
           {"fast_m", explanation.fast},
           {"hand_eye_rad", {turn.x(), turn.y(), turn.z()}},

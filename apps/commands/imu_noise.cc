@@ -186,15 +186,15 @@ void PrintText(const ImuNoiseArguments& arguments, const Findings& found) {
   PrintCalibration(found.estimate);
 }
 
-nlohmann::ordered_json ToJson(const NoiseDensity& density) {
+nlohmann::ordered_json NoiseJson(const NoiseDensity& density) {
   return {{"value", density.value}, {"low", density.low}, {"high", density.high}};
 }
 
-nlohmann::ordered_json ToJson(const SensorNoise& noise) {
+nlohmann::ordered_json NoiseJson(const SensorNoise& noise) {
   const auto densities = [](const NoiseDensities& d) {
-    return nlohmann::ordered_json{{"white", ToJson(d.white)},
-                                  {"instability", ToJson(d.instability)},
-                                  {"walk", ToJson(d.walk)}};
+    return nlohmann::ordered_json{{"white", NoiseJson(d.white)},
+                                  {"instability", NoiseJson(d.instability)},
+                                  {"walk", NoiseJson(d.walk)}};
   };
   nlohmann::ordered_json json = densities(noise.all);
   for (std::size_t i = 0; i < 3; ++i) json["axes"].push_back(densities(noise.axes[i]));
@@ -215,8 +215,8 @@ void PrintJson(const Findings& found) {
   const nlohmann::ordered_json json = {{"readings", found.samples.size()},
                                        {"rate_hz", 1.0 / found.estimate.step},
                                        {"rest_s", rest},
-                                       {"gyroscope", ToJson(found.estimate.gyroscope)},
-                                       {"accelerometer", ToJson(found.estimate.accelerometer)}};
+                                       {"gyroscope", NoiseJson(found.estimate.gyroscope)},
+                                       {"accelerometer", NoiseJson(found.estimate.accelerometer)}};
   fmt::print("{}\n", JsonText(json));
 }
 

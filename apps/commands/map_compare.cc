@@ -119,16 +119,16 @@ void KeepSeen(const CompareArguments& arguments, ReferenceSurface& reference) {
   reference.KeepSamples(seen);
 }
 
-nlohmann::ordered_json ToJson(const DistanceStatistics& statistics) {
+nlohmann::ordered_json ComparisonJson(const DistanceStatistics& statistics) {
   return {{"mean", statistics.mean},
           {"median", statistics.median},
           {"percentile_90", statistics.percentile_90},
           {"count", statistics.count}};
 }
 
-nlohmann::ordered_json ToJson(const MapComparison& comparison) {
-  nlohmann::ordered_json json = {{"accuracy", ToJson(comparison.accuracy)},
-                                 {"completeness", ToJson(comparison.completeness)},
+nlohmann::ordered_json ComparisonJson(const MapComparison& comparison) {
+  nlohmann::ordered_json json = {{"accuracy", ComparisonJson(comparison.accuracy)},
+                                 {"completeness", ComparisonJson(comparison.completeness)},
                                  {"thresholds", nlohmann::ordered_json::array()}};
   for (const MapComparison::AtThreshold& at : comparison.thresholds) {
     json["thresholds"].push_back({{"threshold", at.threshold},
@@ -166,7 +166,7 @@ int RunCompare(const CompareArguments& arguments) {
     return CompareMaps(points, reference);
   }();
   if (arguments.json) {
-    fmt::print("{}\n", JsonText(ToJson(comparison)));
+    fmt::print("{}\n", JsonText(ComparisonJson(comparison)));
   } else {
     PrintTable(comparison);
   }

@@ -79,6 +79,22 @@ TEST(BagTopics, DepthAlignedToColourComesFirst) {
             "colour=/rgb/image_raw,depth=/depth_to_rgb/image_raw,imu=/imu");
 }
 
+// Of two cameras, whichever has more images of one kind.
+TEST(BagTopics, DepthIsThatOfTheCameraThatColourIsOf) {
+  const WrittenMessage front = Colour("/front/color/image_raw", "front_color");
+  const WrittenMessage rear = Depth("/rear/aligned_depth_to_color/image_raw", "rear_color");
+  const std::vector<WrittenMessage> all{
+      front, front, Colour("/rear/color/image_raw", "rear_color"),
+      rear,  rear,  Depth("/front/aligned_depth_to_color/image_raw", "front_color")};
+  EXPECT_EQ(Chosen(all),
+            "colour=/front/color/image_raw,depth=/front/aligned_depth_to_color/image_raw");
+  EXPECT_EQ(Chosen(all, "colour=/rear/color/image_raw"),
+            "colour=/rear/color/image_raw,depth=/rear/aligned_depth_to_color/image_raw");
+  bool is_registered = true;
+  Chosen({front, rear}, "", &is_registered);
+  EXPECT_FALSE(is_registered) << "to the colour of another camera";
+}
+
 TEST(BagTopics, DepthInTheFrameOfColourIsRegisteredToIt) {
   bool is_registered = false;
   EXPECT_EQ(Chosen({Colour("/oak/rgb/image", "oak_rgb"), Depth("/oak/tof/depth", "oak_tof"),
@@ -118,6 +134,11 @@ TEST(BagTopics, AnImuOfTheSameDeviceComesFirst) {
                     Imu("/camera/camera/accel/sample")}),
             "colour=/camera/camera/color/image,depth=/camera/camera/depth/image,"
             "imu=/camera/camera/imu");
+  EXPECT_EQ(Chosen({Colour("/camera/color/image"), Depth("/camera/depth/image"), other, other,
+                    Imu("/camera/gyro/sample"), Imu("/camera/accel/sample")}),
+            "colour=/camera/color/image,depth=/camera/depth/image,"
+            "gyroscope=/camera/gyro/sample,accelerometer=/camera/accel/sample")
+      << "before that of the vehicle";
   // One sensor is no IMU.
   EXPECT_EQ(Chosen({Colour("/c"), Depth("/d"), Imu("/camera/gyro/sample")}), "colour=/c,depth=/d");
 }
@@ -150,6 +171,11 @@ TEST(BagTopics, AnErrorListsTheTopicsWithTheirTypes) {
   expect(all, "imu=/c", "its topic /c holds no readings of an IMU" + list);
   expect({Depth("/d")}, "", "holds no colour images; it has /d (sensor_msgs/Image)");
   expect({Colour("/c")}, "", "holds no depth images in 16UC1, mono16 or 32FC1; it has /c");
+  const WrittenMessage bayer{
+      "/b", "sensor_msgs/Image", 1,
+      ImageMessage(kHow, 1, "b", cv::Mat(48, 64, CV_8UC1, cv::Scalar(7)), "bayer_grbg8")};
+  expect({bayer, Depth("/d")}, "",
+         "holds no colour images that are read (/b has bayer_grbg8); it has /b");
   expect({}, "", "holds no message");
 }
 

@@ -112,6 +112,13 @@ PinholeCamera CameraOfInfo(const BagFile& bag, const std::string& topic, const R
     result->warnings.push_back(bag.path().string() + ": " + topic + " has the lens model " +
                                info.model + ", which is not known: its coefficients are left out");
   }
+  constexpr std::ptrdiff_t kKnown = 8;  // coefficients of PinholeCamera
+  if (!by_projection && std::ssize(info.D) > kKnown &&
+      std::any_of(info.D.begin() + kKnown, info.D.end(), [](double k) { return k != 0.0; })) {
+    result->warnings.push_back(bag.path().string() + ": " + topic + " has " +
+                               std::to_string(info.D.size()) +
+                               " coefficients of its lens, of which the first 8 are used");
+  }
   try {
     RgbdSensor{.camera = camera}.Validate();
   } catch (const InvalidArgument& error) {  // the file's fault, which IoError reports
@@ -120,7 +127,7 @@ PinholeCamera CameraOfInfo(const BagFile& bag, const std::string& topic, const R
   if (camera.width == size.width && camera.height == size.height) return camera;
   const double shape = static_cast<double>(camera.width) * size.height /
                        (static_cast<double>(camera.height) * size.width);
-  if (std::abs(shape - 1.0) > 0.02 || camera.HasDistortion()) {
+  if (std::abs(shape - 1.0) > 0.02) {
     throw IoError(bag.path(), topic + " is for images of " + std::to_string(camera.width) + " x " +
                                   std::to_string(camera.height) + ", but they are " +
                                   std::to_string(size.width) + " x " + std::to_string(size.height));
@@ -167,6 +174,11 @@ bool IsOneView(const PinholeCamera& a, const PinholeCamera& b) {
          a.cx == b.cx && a.cy == b.cy;
 }
 
+bool IsIdentity(const Pose& T) {
+  constexpr double kTolerance = 1e-6;  // [m], [rad]
+  return T.p().norm() < kTolerance && T.q().vec().norm() < 0.5 * kTolerance;
+}
+
 std::string FrameOfImages(const BagFile& bag, const BagImageTopic& image) {
   return FrameOf(bag, bag.topics()[image.topic].name, image.first.frame);
 }
@@ -176,9 +188,11 @@ void AddDepthCamera(const BagFile& bag, const BagImageTopics& images, const Fram
                     const cv::Size& size, BagCalibration* result) {
   RgbdSensor& sensor = result->calibration->sensor;
   const std::optional<BagCamera> depth = ReadBagCamera(bag, images.depth, size, result);
-  if (!depth || IsOneView(depth->camera, sensor.camera)) return;
+  if (!depth) return;
   const std::string from = FrameOfImages(bag, images.depth), to = FrameOfImages(bag, images.colour);
   const std::optional<Pose> T_CD = tree.Find(to, from);
+  // Two cameras may share one nominal calibration: only their poses tell.
+  if (IsOneView(depth->camera, sensor.camera) && (!T_CD || IsIdentity(*T_CD))) return;
   if (T_CD) {
     sensor.depth_camera = DepthCameraCalibration{depth->camera, *T_CD};
     return;

@@ -71,18 +71,51 @@ std::vector<BagImageTopic> ImagesIn(const BagFile& bag) {
   return images;
 }
 
+// Returns the part of an image topic that names the camera: "/front" of "/front/color/image_raw";
+// empty if it names none.
+std::string DeviceOf(const std::string& topic) {
+  constexpr std::string_view kOfSdk = "/device_";  // of RealSense: "/device_0/sensor_1/Color_0/..."
+  if (topic.starts_with(kOfSdk)) return topic.substr(0, topic.find('/', kOfSdk.size()));
+  std::string name = WithoutTransport(topic);
+  for (int part = 0; part < 2; ++part) name.resize(std::min(name.rfind('/'), name.size()));
+  return name;
+}
+
+bool IsInOneFrame(const BagImageTopic& a, const BagImageTopic& b) {
+  // The frames of the SDK of RealSense are numbers, all 0.
+  return !a.first.frame.empty() && a.first.frame != "0" && a.first.frame == b.first.frame;
+}
+
+// Whether their topics name two cameras.
+bool AreOfTwoDevices(const BagFile& bag, const BagImageTopic& a, const BagImageTopic& b) {
+  const std::string of_a = DeviceOf(bag.topics()[a.topic].name),
+                    of_b = DeviceOf(bag.topics()[b.topic].name);
+  return !of_a.empty() && !of_b.empty() && of_a != of_b && !IsInOneFrame(a, b);
+}
+
+// Returns the images of an encoding that is not read, for errors: " that are read (/a has
+// bayer_grbg8)".
+std::string UnreadImages(const BagFile& bag, const std::vector<BagImageTopic>& images) {
+  std::string list;
+  for (const BagImageTopic& image : images) {
+    if (image.first.kind != RosImageKind::kOther) continue;
+    list += (list.empty() ? "" : ", ") + bag.topics()[image.topic].name + " has " +
+            image.first.encoding;
+  }
+  return list.empty() ? "" : " that are read (" + list + ")";
+}
+
 // Whether depth is of the view of colour: by the name that drivers give it, or by its frame.
 bool IsRegistered(const BagFile& bag, const BagImageTopic& colour, const BagImageTopic& depth) {
   const std::string name = LowerCase(bag.topics()[depth.topic].name);
   if (HasOneOf(name, {"aligned", "registered", "depth_to_color", "depth_to_rgb"}) &&
       !HasOneOf(name, {"unaligned", "unregistered"})) {
-    return true;
+    return !AreOfTwoDevices(bag, colour, depth);
   }
   const RosImageDescription &a = colour.first, &b = depth.first;
   const bool one_size =
       a.is_compressed || b.is_compressed || (a.width == b.width && a.height == b.height);
-  // The frames of the SDK of RealSense are numbers, all 0.
-  return one_size && !a.frame.empty() && a.frame != "0" && a.frame == b.frame;
+  return one_size && IsInOneFrame(colour, depth);
 }
 
 // A larger value fits better.
@@ -101,6 +134,7 @@ int FitOfColour(const BagFile& bag, const BagImageTopic& image) {
 int FitOfDepth(const BagFile& bag, const BagImageTopic& colour, const BagImageTopic& image) {
   const std::string name = LowerCase(bag.topics()[image.topic].name);
   int fit = IsRegistered(bag, colour, image) ? 8 : 0;
+  if (AreOfTwoDevices(bag, colour, image)) fit -= 16;
   if (HasOneOf(name, {"depth", "disparity", "stereo"})) fit += 4;
   if (HasOneOf(name, {"confidence", "infra", "/ir/", "/ir_", "amplitude"})) fit -= 8;
   return 2 * fit + (image.first.is_compressed ? 0 : 1);
@@ -158,7 +192,7 @@ BagImageTopics ChooseImages(const BagFile& bag, const BagTopics& wanted) {
   } else {
     const BagImageTopic* const best = BestOf(
         bag, images, false, [&](const BagImageTopic& image) { return FitOfColour(bag, image); });
-    if (best == nullptr) RefuseTopics(bag, "holds no colour images");
+    if (best == nullptr) RefuseTopics(bag, "holds no colour images" + UnreadImages(bag, images));
     chosen.colour = *best;
   }
   if (!wanted.depth.empty()) {
@@ -167,7 +201,10 @@ BagImageTopics ChooseImages(const BagFile& bag, const BagTopics& wanted) {
     const BagImageTopic* const best = BestOf(bag, images, true, [&](const BagImageTopic& image) {
       return FitOfDepth(bag, chosen.colour, image);
     });
-    if (best == nullptr) RefuseTopics(bag, "holds no depth images in 16UC1, mono16 or 32FC1");
+    if (best == nullptr) {
+      RefuseTopics(bag,
+                   "holds no depth images in 16UC1, mono16 or 32FC1" + UnreadImages(bag, images));
+    }
     chosen.depth = *best;
   }
   chosen.is_registered = IsRegistered(bag, chosen.colour, chosen.depth);
@@ -191,10 +228,17 @@ std::optional<BagImuTopics> ChooseImu(const BagFile& bag, const BagTopics& wante
   const auto whole = BestImu(bag, near, [&](const std::string& name) {
     return !is_gyroscope(name) && !is_accelerometer(name);
   });
-  if (whole) return BagImuTopics{*whole, *whole};
   const auto gyroscope = BestImu(bag, near, is_gyroscope);
   const auto accelerometer = BestImu(bag, near, is_accelerometer);
-  if (!gyroscope || !accelerometer) return std::nullopt;
+  const auto nearness = [&](std::uint32_t topic) {
+    return SharedParts(bag.topics()[topic].name, near);
+  };
+  const bool has_pair = gyroscope && accelerometer;
+  // Of the camera's own device rather than of the vehicle.
+  if (whole && !(has_pair && nearness(*gyroscope) > nearness(*whole))) {
+    return BagImuTopics{*whole, *whole};
+  }
+  if (!has_pair) return std::nullopt;
   return BagImuTopics{*gyroscope, *accelerometer};
 }
 

@@ -70,12 +70,14 @@ cv::Size FrameSize(const cv::Size& colour, const cv::Size& depth) {
 PinholeCamera ResizedCamera(const PinholeCamera& camera, const cv::Size& size) {
   const double sx = static_cast<double>(size.width) / camera.width;
   const double sy = static_cast<double>(size.height) / camera.height;
-  return {.width = size.width,
-          .height = size.height,
-          .fx = camera.fx * sx,
-          .fy = camera.fy * sy,
-          .cx = (camera.cx + 0.5) * sx - 0.5,
-          .cy = (camera.cy + 0.5) * sy - 0.5};
+  PinholeCamera resized = camera;  // its lens is stated for rays, at any size
+  resized.width = size.width;
+  resized.height = size.height;
+  resized.fx = camera.fx * sx;
+  resized.fy = camera.fy * sy;
+  resized.cx = (camera.cx + 0.5) * sx - 0.5;
+  resized.cy = (camera.cy + 0.5) * sy - 0.5;
+  return resized;
 }
 
 cv::Mat ResampleColour(const cv::Mat& colour, const PinholeCamera& from, const PinholeCamera& to) {
