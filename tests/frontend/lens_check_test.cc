@@ -122,6 +122,18 @@ TEST(LensCheck, WaitsForKeyframesAndTestsTheSameOnlyOnce) {
   EXPECT_FALSE(check.Finish(Walk(1, 24), wrong, kFirstSubmap, kNoneGiven));
 }
 
+TEST(LensCheck, BelievesTheStatedLensWhereTheEstimateIsCoarse) {
+  const PinholeCamera camera = IdealSensor().camera;
+  const Eigen::Vector4d known(camera.fx, camera.fy, camera.cx, camera.cy);
+  LensEstimate estimate{
+      .intrinsics = 0.7 * known, .sigma = 0.02 * known, .keyframes = 60, .points = 1000};
+  const LensSigmas most{.focal = 0.025, .centre = 0.025};
+  EXPECT_TRUE(CompareLens(camera, Constrained(estimate, camera, most), kLensTolerance));
+  estimate.sigma = 0.04 * known;  // 0.3 is 7.5 of these all the same
+  estimate.sigma.tail<2>() = 0.04 * known.head<2>();
+  EXPECT_FALSE(CompareLens(camera, Constrained(estimate, camera, most), kLensTolerance));
+}
+
 TEST(CheckExchangedCentre, FindsACentreThatFitsTheOtherWayRound) {
   for (const cv::Size size : {cv::Size(640, 480), cv::Size(1280, 720)}) {
     PinholeCamera camera = IdealSensor().camera;

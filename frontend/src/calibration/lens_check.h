@@ -15,6 +15,16 @@ namespace highwall {
 // Calibrations of one camera differ by 2 %, and errors of its depth shift the estimate by as much.
 inline constexpr double kLensTolerance = 0.05;
 
+// Largest standard deviations of values that images constrain, relative to the focal length.
+struct LensSigmas {
+  double focal = 0.0, centre = 0.0;
+};
+
+// Returns the estimate with the known values in the place of what the images hardly constrain:
+// where the scatter is large, the errors that groups share are as well.
+LensEstimate Constrained(LensEstimate estimate, const PinholeCamera& camera,
+                         const LensSigmas& most);
+
 // Returns a finding if the lens of the model differs from the estimate significantly and by more
 // than the tolerance (docs/misconfiguration.md, Lens).
 std::optional<SensorFinding> CompareLens(const PinholeCamera& camera, const LensEstimate& estimate,

@@ -91,18 +91,6 @@ void AddPair(const PairedPoints& pair, const MeasurementModel& model, LensViews*
   views->T_CW.push_back(Pose::FromMatrix(Eigen::umeyama(first, second, false)));
 }
 
-// Returns the estimate with the known values in the place of what the images hardly constrain.
-LensEstimate Constrained(LensEstimate estimate, const PinholeCamera& camera) {
-  const Eigen::Vector4d known(camera.fx, camera.fy, camera.cx, camera.cy);
-  for (int i = 0; i < 4; ++i) {
-    const double focal = std::max(known[i % 2], estimate.intrinsics[i % 2]);
-    if (estimate.sigma[i] > (i < 2 ? kFocalSigma : kCentreSigma) * focal) {
-      estimate.intrinsics[i] = known[i];
-    }
-  }
-  return estimate;
-}
-
 // Returns what eight pairs of images contradict.
 std::optional<SensorFinding> TestPairs(const Dataset& dataset, const RgbdSensor& sensor,
                                        std::size_t begin, std::size_t end) {
@@ -131,7 +119,9 @@ std::optional<SensorFinding> TestPairs(const Dataset& dataset, const RgbdSensor&
   if (auto misread = motion.Misread()) return misread;
   const std::optional<LensEstimate> estimate = EstimateLens(std::move(views), model);
   if (!estimate) return std::nullopt;
-  return CompareLens(model.camera(), Constrained(*estimate, model.camera()), kLensTolerance);
+  return CompareLens(model.camera(),
+                     Constrained(*estimate, model.camera(), {kFocalSigma, kCentreSigma}),
+                     kLensTolerance);
 }
 
 }  // namespace
