@@ -11,6 +11,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 
+#include "input/arrival_times.h"
 #include "support/message_of.h"
 
 namespace highwall::live_camera_test {
@@ -160,6 +161,18 @@ TEST(LiveCamera, TheTimeSinceTheArrivalIsThatOfTheLastImage) {
   std::this_thread::sleep_for(std::chrono::milliseconds(30));
   ASSERT_TRUE(camera.Next());
   EXPECT_GE(camera.MillisecondsSinceArrival().value(), 30.0);
+}
+
+TEST(ArrivalTimes, AnImageWhoseArrivalIsForgottenDoesNotForgetThoseBehindIt) {
+  const ArrivalTimes::Clock::time_point start{};
+  const auto at = [&](int ms) { return start + std::chrono::milliseconds(ms); };
+  ArrivalTimes arrivals(3);
+  for (int i = 1; i <= 4; ++i) arrivals.Add(i * 10, at(i));
+  EXPECT_FALSE(arrivals.Take(10));
+  EXPECT_EQ(arrivals.Take(30), at(3)) << "and that of 20, which was dropped, is forgotten";
+  EXPECT_FALSE(arrivals.Take(20));
+  EXPECT_EQ(arrivals.Take(40), at(4));
+  EXPECT_FALSE(arrivals.Take(50));
 }
 
 TEST(LiveCamera, BadOptionsAreNamed) {

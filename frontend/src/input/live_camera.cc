@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <deque>
 #include <exception>
 #include <mutex>
 #include <string>
@@ -14,6 +13,8 @@
 #include <highwall/frontend/input/imu_inbox.h>
 #include <highwall/internal/number_text.h>
 #include <highwall/internal/run_profile.h>
+
+#include "input/arrival_times.h"
 
 namespace highwall {
 
@@ -71,11 +72,7 @@ class LiveCamera::Impl {
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  struct Arrival {
-    Stamp stamp = 0;
-    Clock::time_point time{};
-  };
+  using Clock = ArrivalTimes::Clock;
 
   static LiveCameraOptions Checked(LiveCameraOptions options) {
     options.Validate();
@@ -90,8 +87,7 @@ class LiveCamera::Impl {
         readings_.Add(readings);
         {
           const std::lock_guard lock(mutex_);
-          arrivals_.push_back({image->stamp, Clock::now()});
-          if (arrivals_.size() > options_.queue + 1) arrivals_.pop_front();
+          arrivals_.Add(image->stamp, Clock::now());
         }
         queue_.Push(*std::move(image));
       }
@@ -103,14 +99,9 @@ class LiveCamera::Impl {
     readings_.Close();
   }
 
-  // Forgets the arrivals of the images before, which were dropped.
   std::optional<Clock::time_point> TakeArrival(Stamp stamp) {
     const std::lock_guard lock(mutex_);
-    while (!arrivals_.empty() && arrivals_.front().stamp != stamp) arrivals_.pop_front();
-    if (arrivals_.empty()) return std::nullopt;
-    const Clock::time_point time = arrivals_.front().time;
-    arrivals_.pop_front();
-    return time;
+    return arrivals_.Take(stamp);
   }
 
   ImageSource& camera_;
@@ -120,7 +111,8 @@ class LiveCamera::Impl {
   std::exception_ptr error_;
   std::optional<Clock::time_point> arrived_;  // the last image of Next()
   std::mutex mutex_;                          // of the following
-  std::deque<Arrival> arrivals_;              // of the images in the queue and that of Next()
+  // Of the images in the queue, the one before it, and the one that Next() has just taken.
+  ArrivalTimes arrivals_{options_.queue + 2};
   std::thread thread_;
 };
 
