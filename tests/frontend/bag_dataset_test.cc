@@ -187,6 +187,20 @@ TEST_F(BagDatasetTest, DepthOfItsOwnCameraIsRegisteredByTheTransformsOfTheBag) {
             std::string::npos);
 }
 
+TEST_F(BagDatasetTest, ATransformThatIsNoneIsLeftOut) {
+  const RecordedScene scene;
+  const Pose T_OC(Eigen::Quaterniond(1, 0, 0, 0), {0.1, 0.2, 0.0});
+  std::string bytes = TransformsMessage(
+      scene.how, {{"base", "wheel", Pose()}, {"imu_frame", "color_optical", T_OC}});
+  const std::string one = testing::LittleEndian(1.0);  // w of the first
+  bytes.replace(bytes.find(one), one.size(), one.size(), '\0');
+  std::vector<WrittenMessage> messages = MessagesOf(scene);
+  messages.push_back({"/tf_static", "tf2_msgs/TFMessage", testing::kSceneStart, bytes});
+  const auto dataset = Open(messages);
+  ASSERT_TRUE(dataset->calibration()->imu.has_value());
+  EXPECT_TRUE(dataset->calibration()->imu->T_BC.p().isApprox(T_OC.p(), 1e-12));
+}
+
 TEST_F(BagDatasetTest, TheExtrinsicsAndTheDepthUnitOfARealSenseAreUsed) {
   const std::string device = "/device_0/sensor_";
   RecordedScene scene{.colour = device + "1/Color_0/image/data",

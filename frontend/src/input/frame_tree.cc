@@ -75,8 +75,9 @@ FrameTree ReadFrameTree(const BagFile& bag) {
     const std::string name = bag.NameOf(message);
     MessageReader reader(bag.path(), name, topic.encoding, bytes);
     if (is_stream) {
-      tree.Add(StreamOf(topic.name), "reference" + topic.name.substr(topic.name.rfind('/')),
-               ReadRosTransform(&reader));
+      const std::optional<Pose> T = ReadRosTransform(&reader);
+      const std::string reference = "reference" + topic.name.substr(topic.name.rfind('/'));
+      if (T) tree.Add(StreamOf(topic.name), reference, *T);
       continue;
     }
     for (const RosTransform& transform : ReadRosTransforms(&reader)) {

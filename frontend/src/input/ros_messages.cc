@@ -1,6 +1,7 @@
 #include "input/ros_messages.h"
 
 #include <cstddef>
+#include <utility>
 
 #include <highwall/core/error.h>
 
@@ -81,23 +82,23 @@ RosImu ReadRosImu(MessageReader* reader) {
   return imu;
 }
 
-Pose ReadRosTransform(MessageReader* reader) {
+std::optional<Pose> ReadRosTransform(MessageReader* reader) {
   const Eigen::Vector3d p = ReadVector(reader);
   const std::array<double, 4> q = ReadNumbers<4>(reader);
   try {
     return Pose(Eigen::Quaterniond(q[3], q[0], q[1], q[2]), p);
-  } catch (const InvalidArgument&) {  // the file's fault, which IoError reports
-    reader->Fail("has a transform that is none");
+  } catch (const InvalidArgument&) {
+    return std::nullopt;
   }
 }
 
 std::vector<RosTransform> ReadRosTransforms(MessageReader* reader) {
   constexpr std::size_t kSmallest = 72;  // [byte] of a transform without names
-  std::vector<RosTransform> transforms(reader->Count(kSmallest));
-  for (RosTransform& transform : transforms) {
-    transform.frame = ReadRosHeader(reader).frame;
-    transform.child = FrameText(reader);
-    transform.pose = ReadRosTransform(reader);
+  std::vector<RosTransform> transforms;
+  for (std::size_t left = reader->Count(kSmallest); left > 0; --left) {
+    std::string frame = ReadRosHeader(reader).frame, child = FrameText(reader);
+    const std::optional<Pose> pose = ReadRosTransform(reader);
+    if (pose) transforms.push_back({std::move(frame), std::move(child), *pose});
   }
   return transforms;
 }

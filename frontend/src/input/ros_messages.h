@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -67,9 +68,9 @@ RosImage ReadRosImage(MessageReader* reader);
 RosCompressedImage ReadRosCompressedImage(MessageReader* reader);
 RosCameraInfo ReadRosCameraInfo(MessageReader* reader);
 RosImu ReadRosImu(MessageReader* reader);
-// geometry_msgs/Transform. Also throws IoError unless it is one.
-Pose ReadRosTransform(MessageReader* reader);
-// tf2_msgs/TFMessage. Likewise.
+// geometry_msgs/Transform; nothing if it is none, as of a quaternion of zeros.
+std::optional<Pose> ReadRosTransform(MessageReader* reader);
+// tf2_msgs/TFMessage, without those that are none.
 std::vector<RosTransform> ReadRosTransforms(MessageReader* reader);
 
 }  // namespace highwall
