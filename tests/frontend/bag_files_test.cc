@@ -1,6 +1,7 @@
 // The files of bags: every container gives the messages that were written to it.
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <string>
 #include <thread>
@@ -20,7 +21,9 @@ namespace highwall::bag_files_test {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::Compressed;
 using testing::ExpectError;
+using testing::LittleEndian;
 using testing::McapOf;
 using testing::RosbagOf;
 using testing::TemporaryDirectory;
@@ -94,6 +97,27 @@ TEST(SqliteBag, GivesTheMessagesAlsoIfTheyAreCompressedOneByOne) {
   }
 }
 
+TEST(McapBag, GivesTheMessagesAlsoIfTheyAreCompressedOneByOne) {
+  const TemporaryDirectory folder;
+  std::vector<WrittenMessage> compressed = SomeMessages();
+  for (WrittenMessage& message : compressed) message.bytes = Compressed(message.bytes, "zstd");
+  for (const char* of_chunks : {"unchunked", "lz4"}) {
+    WriteText(folder / "a.mcap", McapOf(compressed, of_chunks));
+    ExpectSame(folder / "a.mcap", SomeMessages());
+  }
+}
+
+TEST(SqliteBag, ATimeThatNoClockGivesBecomesZero) {
+  const TemporaryDirectory folder;
+  WriteSqliteBag(folder / "a.db3", {{"/a", "t/T", kMaxStamp, "last"},
+                                    {"/a", "t/T", kMaxStamp + 1, "later"},
+                                    {"/a", "t/T", -1, "before"}});
+  const auto bag = OpenBag(folder / "a.db3");
+  EXPECT_EQ(bag->messages()[0].recorded, 0);
+  EXPECT_EQ(bag->messages()[1].recorded, 0);
+  EXPECT_EQ(bag->messages()[2].recorded, kMaxStamp);
+}
+
 TEST(OpenBag, AFolderIsTheSequenceOfItsFiles) {
   const TemporaryDirectory folder;
   const std::vector<WrittenMessage> all = SomeMessages();
@@ -106,6 +130,15 @@ TEST(OpenBag, AFolderIsTheSequenceOfItsFiles) {
   WriteText(folder / "r_0.mcap", McapOf(part(0, 21)));
   EXPECT_TRUE(IsBag(folder.path()));
   ExpectSame(folder.path(), all);
+}
+
+TEST(OpenBag, ACompressedFileThatIsUnpackedInItsFolderIsLeftOut) {
+  const TemporaryDirectory folder;
+  WriteSqliteBag(folder / "r_0.db3", SomeMessages());
+  WriteText(folder / "r_0.db3.zstd", "compressed");
+  ExpectSame(folder.path(), SomeMessages());
+  WriteText(folder / "r_1.db3.zstd", "compressed");
+  ExpectError<IoError>("r_1.db3.zstd: is compressed as a whole", [&] { OpenBag(folder.path()); });
 }
 
 TEST(OpenBag, MessagesAreInTheOrderOfTheirRecording) {
@@ -197,6 +230,38 @@ TEST(OpenBag, AStatedSizeIsNotBelieved) {
   bag.replace(size, 4, std::string("\x10\0\0\0", 4));
   WriteText(folder / "a.bag", bag);
   ExpectError<IoError>("cannot be decompressed", [&] { OpenBag(folder / "a.bag"); });
+}
+
+// Files with holes, which take no room.
+TEST(OpenBag, ALengthThatTheFileHasIsNotBelievedEither) {
+  const TemporaryDirectory folder;
+  constexpr std::uint64_t kRecord = (std::uint64_t{64} << 20) + 1, kMessage = (1U << 28) + 1;
+  const auto expect = [&](const std::string& name, const std::string& begin,
+                          const std::string& end) {
+    WriteText(folder / name, begin);
+    fs::resize_file(folder / name, begin.size() + kRecord);
+    std::ofstream(folder / name, std::ios::binary | std::ios::app) << end;
+    ExpectError<IoError>(name + ": is damaged: a record at byte " + std::to_string(begin.size()) +
+                             " has 67108865 bytes",
+                         [&] { OpenBag(folder / name); });
+  };
+  const std::string mcap = McapOf({{"/a", "t/T", 1, std::string(10, 'x')}}, "unchunked");
+  const std::string magic = mcap.substr(0, 8);
+  expect("a.bag", "#ROSBAG V2.0\n" + LittleEndian(static_cast<std::uint32_t>(kRecord)), "");
+  for (const char op : {'\3', '\4'}) expect("a.mcap", magic + op + LittleEndian(kRecord), magic);
+
+  // A message of 10 bytes, then the records of the end and the magic.
+  constexpr std::size_t kHeader = 22, kContent = 10, kEnd = 9 + 4 + 9 + 20 + 8;
+  std::string begin = mcap.substr(0, mcap.size() - kEnd);
+  begin.replace(begin.size() - kContent - kHeader - 8, 8, LittleEndian(kHeader + kMessage));
+  WriteText(folder / "b.mcap", begin);
+  fs::resize_file(folder / "b.mcap", begin.size() - kContent + kMessage);
+  std::ofstream(folder / "b.mcap", std::ios::binary | std::ios::app)
+      << mcap.substr(mcap.size() - kEnd);
+  const auto bag = OpenBag(folder / "b.mcap");
+  ASSERT_EQ(bag->messages().size(), 1U);
+  ExpectError<IoError>("b.mcap: the message of /a recorded at 0.000000001 s has 268435457 bytes",
+                       [&] { bag->Read(bag->messages()[0]); });
 }
 
 TEST(IsBag, GoesByTheName) {

@@ -7,6 +7,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/bag_imu.h>
 
+#include "input/decompression.h"
 #include "input/mcap_bag.h"
 #include "input/rosbag.h"
 #include "input/sqlite_bag.h"
@@ -32,6 +33,10 @@ std::vector<fs::path> BagFilesIn(const fs::path& folder) {
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
     if (IsRos2File(at->path()) || IsCompressedFile(at->path())) files.push_back(at->path());
   }
+  std::erase_if(files, [](const fs::path& path) {  // zstd -d leaves the compressed file there
+    std::error_code unknown;
+    return IsCompressedFile(path) && fs::exists(path.parent_path() / path.stem(), unknown);
+  });
   std::ranges::sort(files);
   return files;
 }
@@ -100,6 +105,16 @@ const BagMessage* BagFile::FirstOf(std::uint32_t topic) const {
 std::string BagFile::NameOf(const BagMessage& message) const {
   return "the message of " + topics_.at(message.topic).name + " recorded at " +
          FormatStamp(message.recorded) + " s";
+}
+
+std::vector<std::uint8_t> BagFile::ContentOf(const BagMessage& message,
+                                             std::vector<std::uint8_t> stored) const {
+  if (topics_.at(message.topic).encoding != MessageEncoding::kCdr || !IsZstd(stored)) return stored;
+  return DecompressZstd(path_, NameOf(message), stored, kLargestMessage);
+}
+
+Stamp BagFile::RecordedStamp(std::uint64_t time) {
+  return time <= static_cast<std::uint64_t>(kMaxStamp) ? static_cast<Stamp>(time) : 0;
 }
 
 void BagFile::AddMessage(const BagMessage& message) {

@@ -54,14 +54,24 @@ class BagFile {
   // Names a message for errors: "the message of /imu recorded at 12.345678 s".
   std::string NameOf(const BagMessage& message) const;
 
-  // Returns the content of one of messages(). Throws IoError if it cannot be read.
+  // Returns the content of one of messages(). Throws IoError if it cannot be read or is larger than
+  // any message of a sensor.
   virtual std::vector<std::uint8_t> Read(const BagMessage& message) const = 0;
 
  protected:
+  // [byte] of a message, compressed or not: a length that is damaged takes no more memory.
+  static constexpr std::uint64_t kLargestMessage = std::uint64_t{1} << 28;
+
   explicit BagFile(std::filesystem::path path) : path_(std::move(path)) {}
   // Returns the index of the topic, which is added if it is new. type: of ROS 1 or ROS 2.
   std::uint32_t AddTopic(const std::string& name, std::string type, MessageEncoding encoding);
   void AddMessage(const BagMessage& message);
+  // Returns the content of a message of this topic: ROS 2 may compress each by itself, and none in
+  // CDR begins as zstd does. Throws IoError if it is damaged.
+  std::vector<std::uint8_t> ContentOf(const BagMessage& message,
+                                      std::vector<std::uint8_t> stored) const;
+  // Returns the stamp of a recording; a time [ns] that no clock gives becomes 0.
+  static Stamp RecordedStamp(std::uint64_t time);
   // To be called when all messages are added.
   void Sort();
 

@@ -11,12 +11,18 @@
 namespace highwall {
 namespace {
 
-constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 28;  // [byte]
-constexpr std::uint64_t kMostKept = std::uint64_t{64} << 20;     // [byte] of chunks in memory
+constexpr std::uint64_t kLargestChunk = std::uint64_t{1} << 28;    // [byte]
+constexpr std::uint64_t kLargestRecord = std::uint64_t{64} << 20;  // [byte] but for messages
+constexpr std::uint64_t kMostKept = std::uint64_t{64} << 20;       // [byte] of chunks in memory
 
 }  // namespace
 
 std::vector<std::uint8_t> ChunkedBag::Records::Take(std::uint64_t size) {
+  Require(size);
+  if (size > kLargestRecord) {
+    throw IoError(bag_.path(), "is damaged: a record at byte " + std::to_string(position_) +
+                                   " has " + std::to_string(size) + " bytes");
+  }
   return TakeHead(size, size);
 }
 
@@ -46,9 +52,9 @@ ChunkedBag::Records ChunkedBag::AddChunk(std::uint64_t offset, std::uint64_t sto
   if (compression == Compression::kNone) {  // its messages lie in the file as they are
     return {*this, 0, offset, offset + stored};
   }
-  if (size > kLargestChunk) {
+  if (const std::uint64_t larger = std::max(size, stored); larger > kLargestChunk) {
     throw IoError(path(), "is damaged: the chunk at byte " + std::to_string(offset) + " has " +
-                              std::to_string(size) + " bytes");
+                              std::to_string(larger) + " bytes");
   }
   chunks_.push_back({offset, stored, compression, size, crc32});
   return {*this, static_cast<std::uint32_t>(chunks_.size()), 0, size};
@@ -61,19 +67,24 @@ void ChunkedBag::AddMessageOf(Records* records, std::uint32_t topic, Stamp recor
                      .part = records->part(),
                      .offset = records->position(),
                      .size = size};
-  const std::vector<std::uint8_t> head = records->TakeHead(size, BagMessage::kHead);
-  std::ranges::copy(head, message.head.begin());
+  std::vector<std::uint8_t> head = records->TakeHead(size, BagMessage::kHead);
+  if (IsZstd(head)) head = Read(message);
+  std::copy_n(head.begin(), std::min(head.size(), BagMessage::kHead), message.head.begin());
   AddMessage(message);
 }
 
 std::vector<std::uint8_t> ChunkedBag::Read(const BagMessage& message) const {
-  return ReadPart(message.part, message.offset, message.size);
+  if (message.size > kLargestMessage) {
+    throw IoError(path(), NameOf(message) + " has " + std::to_string(message.size) +
+                              " bytes, which no sensor gives");
+  }
+  return ContentOf(message, ReadPart(message.part, message.offset, message.size));
 }
 
 std::vector<std::uint8_t> ChunkedBag::ReadPart(std::uint32_t part, std::uint64_t offset,
                                                std::uint64_t size) const {
   if (part == 0) return file_.Read(offset, size);
-  const Content content = ContentOf(part);
+  const Content content = ContentOfChunk(part);
   if (offset > content->size() || size > content->size() - offset) {
     throw IoError(path(), "is damaged: a chunk ends early");
   }
@@ -82,7 +93,7 @@ std::vector<std::uint8_t> ChunkedBag::ReadPart(std::uint32_t part, std::uint64_t
 }
 
 // Two threads may decompress one chunk at once: neither waits for the other.
-ChunkedBag::Content ChunkedBag::ContentOf(std::uint32_t part) const {
+ChunkedBag::Content ChunkedBag::ContentOfChunk(std::uint32_t part) const {
   {
     const std::scoped_lock lock(mutex_);
     const auto found = std::ranges::find(kept_, part, &decltype(kept_)::value_type::first);

@@ -37,7 +37,8 @@ class ChunkedBag : public BagFile {
     std::uint64_t position() const { return position_; }
     bool IsAtEnd() const { return position_ == end_; }
     std::uint64_t rest() const { return end_ - position_; }
-    // Returns the next bytes, after which it stands. Throws IoError if they end before.
+    // Returns the next bytes, after which it stands. Throws IoError if they end before or are more
+    // than any record but a message has.
     std::vector<std::uint8_t> Take(std::uint64_t size);
     // The same bytes, but at most `most` of them.
     std::vector<std::uint8_t> TakeHead(std::uint64_t size, std::uint64_t most);
@@ -75,7 +76,7 @@ class ChunkedBag : public BagFile {
 
   std::vector<std::uint8_t> ReadPart(std::uint32_t part, std::uint64_t offset,
                                      std::uint64_t size) const;
-  Content ContentOf(std::uint32_t chunk) const;
+  Content ContentOfChunk(std::uint32_t chunk) const;
 
   RandomAccessFile file_;
   std::vector<Chunk> chunks_;  // of part 1 and so on; 0: the file

@@ -19,11 +19,6 @@ MessageEncoding McapEncoding(const std::string& name) {
   return name == "ros1" ? MessageEncoding::kRos1 : MessageEncoding::kOther;
 }
 
-// The stamp of a message; one that no clock gives becomes 0.
-Stamp McapStamp(std::uint64_t time) {
-  return time <= static_cast<std::uint64_t>(kMaxStamp) ? static_cast<Stamp>(time) : 0;
-}
-
 }  // namespace
 
 enum class McapBag::Op : std::uint8_t {
@@ -105,7 +100,7 @@ void McapBag::ReadMessage(Records* records, std::uint64_t size) {
   const auto channel = channels_.find(reader.Number<std::uint16_t>());
   if (channel == channels_.end()) throw IoError(path(), "is damaged: a message has no channel");
   reader.Skip(sizeof(std::uint32_t));
-  const Stamp recorded = McapStamp(reader.Number<std::uint64_t>());
+  const Stamp recorded = RecordedStamp(reader.Number<std::uint64_t>());
   AddMessageOf(records, channel->second, recorded, size - kHeader);
 }
 

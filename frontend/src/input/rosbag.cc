@@ -62,7 +62,7 @@ struct Rosbag::Header {
   }
   Stamp Time(const std::string& name) const {
     const auto time = Number<std::uint64_t>(name);  // seconds in the lower half
-    return static_cast<Stamp>(time & 0xFFFFFFFF) * 1'000'000'000 + static_cast<Stamp>(time >> 32);
+    return RecordedStamp((time & 0xFFFFFFFF) * 1'000'000'000 + (time >> 32));
   }
 };
 

@@ -14,8 +14,6 @@
 namespace highwall {
 namespace {
 
-constexpr std::uint64_t kLargestMessage = std::uint64_t{1} << 28;  // [byte] compressed or not
-
 [[noreturn]] void RefuseDatabase(const std::filesystem::path& path, sqlite3* database) {
   throw IoError(path,
                 std::string("is no bag of ROS 2, or is damaged: ") + sqlite3_errmsg(database));
@@ -97,7 +95,7 @@ void SqliteBag::ReadMessages(const std::vector<std::pair<std::int64_t, std::uint
     const auto topic =
         std::ranges::find(topics, query.Integer(1), &std::pair<std::int64_t, std::uint32_t>::first);
     if (topic == topics.end()) throw IoError(path(), "is damaged: a message has no topic");
-    BagMessage message{.recorded = query.Integer(2),
+    BagMessage message{.recorded = RecordedStamp(static_cast<std::uint64_t>(query.Integer(2))),
                        .topic = topic->second,
                        .part = 0,
                        .offset = static_cast<std::uint64_t>(query.Integer(0)),
@@ -110,10 +108,7 @@ void SqliteBag::ReadMessages(const std::vector<std::pair<std::int64_t, std::uint
 }
 
 std::vector<std::uint8_t> SqliteBag::Read(const BagMessage& message) const {
-  std::vector<std::uint8_t> bytes =
-      ReadRow(static_cast<std::int64_t>(message.offset), kLargestMessage);
-  if (!IsZstd(bytes)) return bytes;
-  return DecompressZstd(path(), "a message", bytes, kLargestMessage);
+  return ContentOf(message, ReadRow(static_cast<std::int64_t>(message.offset), kLargestMessage));
 }
 
 // A connection serves one thread at a time.
