@@ -125,6 +125,79 @@ TEST_F(BagDatasetTest, WithoutStampsInTheHeadersThoseOfTheRecordingAreUsed) {
             testing::ReadingStamp(0) + RecordedScene().recorded_later);
 }
 
+// The k-th message of a topic.
+WrittenMessage& MessageOfTopic(std::vector<WrittenMessage>* messages, const std::string& topic,
+                               int k) {
+  for (WrittenMessage& message : *messages) {
+    if (message.topic == topic && k-- == 0) return message;
+  }
+  throw InvalidArgument("no such message");
+}
+
+// A driver may publish a first message before it has a time.
+TEST_F(BagDatasetTest, AFewMessagesWithoutAStampAreLeftOut) {
+  const RecordedScene scene;
+  std::vector<WrittenMessage> messages = MessagesOf(scene);
+  for (const auto& [topic, k] : {std::pair(scene.colour, 0),
+                                 {scene.depth, 0},
+
+                                 {scene.imu, 0},
+                                 {scene.imu, 7}}) {
+    constexpr std::size_t kStamp = 4, kSize = 8;
+    MessageOfTopic(&messages, topic, k).bytes.replace(kStamp, kSize, kSize, '\0');
+  }
+  MessageOfTopic(&messages, scene.depth, 5).bytes.resize(11);  // ends within its stamp
+  const auto dataset = Open(messages);
+  ASSERT_EQ(dataset->warnings().size(), 1U);
+  EXPECT_NE(dataset->warnings()[0].find("a.bag: 3 images have no stamp and are not used"),
+            std::string::npos);
+  ASSERT_EQ(dataset->size(), 4U);
+  EXPECT_EQ(dataset->stamp(0), SceneStamp(1));
+  EXPECT_EQ(dataset->stamp(3), SceneStamp(4));
+  const ImuRecording imu = dataset->ReadImu({0, 1});
+  EXPECT_EQ(imu.samples.size(), std::size_t{testing::kSceneReadings - 2});
+  EXPECT_EQ(imu.samples[0].stamp, testing::ReadingStamp(1));
+  EXPECT_EQ(imu.warning, path().string() + ": readings of the IMU are not used: 2 without a stamp");
+  EXPECT_EQ(ReadBagImu(path()).samples[0].stamp, testing::ReadingStamp(1));
+}
+
+TEST_F(BagDatasetTest, AnAccelerometerWithoutStampsMakesTheTimesOfRecordingBeUsed) {
+  std::vector<WrittenMessage> messages = MessagesOf({.imu = "/gyro/sample"});
+  for (const WrittenMessage& message : MessagesOf({.imu = "/accel/sample", .has_stamps = false})) {
+    if (message.topic == "/accel/sample") messages.push_back(message);
+  }
+  const Stamp first = testing::ReadingStamp(0) + RecordedScene().recorded_later;
+  const auto dataset = Open(messages);
+  ASSERT_EQ(dataset->warnings().size(), 1U);
+  EXPECT_NE(dataset->warnings()[0].find("the times of recording are used"), std::string::npos);
+  EXPECT_EQ(dataset->ReadImu({0, 1}).samples.at(0).stamp, first);
+  EXPECT_EQ(ReadBagImu(path()).samples.at(0).stamp, first);
+}
+
+TEST_F(BagDatasetTest, ReadingsThatAreDamagedAreLeftOutAndNamed) {
+  const RecordedScene scene;
+  std::vector<WrittenMessage> messages = MessagesOf(scene);
+  for (const int k : {3, 60}) MessageOfTopic(&messages, scene.imu, k).bytes.resize(100);
+  const ImuRecording imu = Open(messages)->ReadImu({0, 1});
+  EXPECT_EQ(imu.samples.size(), std::size_t{testing::kSceneReadings - 2});
+  EXPECT_EQ(imu.warning, path().string() +
+                             ": readings of the IMU are not used: 2 damaged (the "
+                             "first: " +
+                             path().string() +
+                             ": the message of /camera/imu recorded at "
+                             "1699999999.970000 s ends early)");
+  for (int k = 1; k < testing::kSceneReadings; ++k) {
+    MessageOfTopic(&messages, scene.imu, k).bytes.resize(100);
+  }
+  MessageOfTopic(&messages, scene.imu, 0).bytes.replace(4, 8, 8, '\0');
+  ExpectError<IoError>(path().string() +
+                           ": its IMU has no reading that can be used; not used are "
+                           "120 damaged (the first: ",
+                       [&] {
+                         Open(messages)->ReadImu({0, 1});
+                       });
+}
+
 TEST_F(BagDatasetTest, DepthInMetresIsTakenAsItIs) {
   std::vector<WrittenMessage> messages = MessagesOf({});
   int frame = 0;

@@ -28,9 +28,7 @@ double RateOf(const BagFile& bag, std::uint32_t topic) {
   const BagMessage* before = nullptr;
   for (const BagMessage& message : bag.messages()) {
     if (message.topic != topic) continue;
-    const auto stamp = [&](const BagMessage& of) {
-      return StampInHead(bag.topics()[topic].encoding, of.head);
-    };
+    const auto stamp = [&](const BagMessage& of) { return HeaderStamp(bag, of); };
     if (before != nullptr && stamp(message) > stamp(*before)) {
       steps.push_back(stamp(message) - stamp(*before));
     }
@@ -48,16 +46,19 @@ BagDataset::BagDataset(const std::filesystem::path& path, const std::optional<Rg
   if (sensor) sensor->Validate();
   images_ = ChooseImages(*bag_, options_.topics);
   imu_ = ChooseImu(*bag_, options_.topics, bag_->topics()[images_.colour.topic].name);
-  for (const std::uint32_t topic :
-       {images_.colour.topic, images_.depth.topic, imu_ ? imu_->gyroscope : images_.colour.topic}) {
-    use_recorded_ |= LacksStamps(*bag_, topic);
-  }
+  std::vector<std::uint32_t> topics{images_.colour.topic, images_.depth.topic};
+  if (imu_) topics.insert(topics.end(), {imu_->gyroscope, imu_->accelerometer});
+  use_recorded_ = LackStamps(*bag_, topics);
   if (use_recorded_) {
     AddWarning(bag_->path().string() +
                ": the headers of its messages have no stamps; the times of recording are used");
   }
   colour_ = ListImages(images_.colour.topic);
   depth_ = ListImages(images_.depth.topic);
+  if (const std::size_t left_out = colour_.without_stamp + depth_.without_stamp; left_out > 0) {
+    AddWarning(bag_->path().string() + ": " + std::to_string(left_out) +
+               " images have no stamp and are not used");
+  }
   Pair();
   Calibrate(!sensor);
   UseSensor(sensor);
@@ -65,16 +66,19 @@ BagDataset::BagDataset(const std::filesystem::path& path, const std::optional<Rg
 }
 
 BagDataset::Stream BagDataset::ListImages(std::uint32_t topic) {
+  Stream stream;
   std::vector<std::pair<Stamp, std::size_t>> list;
   const std::vector<BagMessage>& messages = bag_->messages();
   for (std::size_t i = 0; i < messages.size(); ++i) {
     if (messages[i].topic != topic) continue;
-    list.emplace_back(use_recorded_ ? messages[i].recorded
-                                    : StampInHead(bag_->topics()[topic].encoding, messages[i].head),
-                      i);
+    const Stamp stamp = use_recorded_ ? messages[i].recorded : HeaderStamp(*bag_, messages[i]);
+    if (stamp == 0) {
+      ++stream.without_stamp;
+    } else {
+      list.emplace_back(stamp, i);
+    }
   }
   std::ranges::sort(list);
-  Stream stream;
   for (const auto& [stamp, message] : list) {
     if (!stream.stamps.empty() && stream.stamps.back().stamp == stamp) continue;
     stream.stamps.push_back({stamp, {}});

@@ -54,6 +54,7 @@ class BagDataset final : public Dataset {
   struct Stream {
     std::vector<TumImageFile> stamps;   // without paths
     std::vector<std::size_t> messages;  // of the bag, one per stamp
+    std::size_t without_stamp = 0;      // images that are left out
   };
 
   RgbdImage DoLoad(std::size_t index) const override;

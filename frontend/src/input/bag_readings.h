@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <highwall/factors/imu_buffer.h>
@@ -20,10 +21,15 @@ std::vector<ImuSample> JoinReadings(std::vector<ImuSample> gyroscope,
                                     std::vector<ImuSample> accelerometer);
 
 // Reads the IMU of a bag. use_recorded: stamps are the times of recording, not those of the
-// headers. Throws IoError if a message is damaged or no reading is left.
+// headers. Readings that are damaged or have no stamp are left out, with a warning. Throws IoError
+// if no reading is left.
 ImuRecording ReadBagReadings(const BagFile& bag, const BagImuTopics& topics, bool use_recorded);
 
-// Whether the headers of a topic have no stamps: that of its first message is 0.
-bool LacksStamps(const BagFile& bag, std::uint32_t topic);
+// Returns the stamp in the header with which a message begins; 0 if it has none.
+Stamp HeaderStamp(const BagFile& bag, const BagMessage& message);
+
+// Whether one of the topics has no stamps: those of most of its headers are 0. Messages too short
+// for a stamp do not count.
+bool LackStamps(const BagFile& bag, std::span<const std::uint32_t> topics);
 
 }  // namespace highwall
