@@ -274,6 +274,32 @@ TEST_F(BagDatasetTest, ATransformThatIsNoneIsLeftOut) {
   EXPECT_TRUE(dataset->calibration()->imu->T_BC.p().isApprox(T_OC.p(), 1e-12));
 }
 
+// As the static publishers of ROS 1 write them. The robot rests in the first half.
+TEST_F(BagDatasetTest, TransformsThatNeverChangeInTfConnectWhatTfStaticDoesNot) {
+  const RecordedScene scene;
+  const auto shift = [](double x) { return Pose(Eigen::Quaterniond(1, 0, 0, 0), {x, 0, 0}); };
+  const auto imu_from_tf = [&](const std::string& imu_parent, bool has_static) {
+    std::vector<WrittenMessage> messages = MessagesOf(scene);
+    const auto add = [&](const std::string& topic, int i,
+                         const std::vector<testing::WrittenTransform>& transforms) {
+      messages.push_back({topic, "tf2_msgs/TFMessage", testing::kSceneStart + i * 100'000,
+                          TransformsMessage(scene.how, transforms)});
+    };
+    constexpr int kMessages = 2000;
+    for (int i = 0; i < kMessages; ++i) {
+      add("/tf", i, {{"odom", "base", shift(i < kMessages / 2 ? 0.0 : 0.001 * i)}});
+      add("/tf", i, {{"base", "color_optical", shift(0.1)}, {imu_parent, "imu_frame", shift(0.3)}});
+    }
+    add("/tf", kMessages, {{"base", "wheel", Pose()}});
+    messages.back().bytes.resize(20);
+    if (has_static) add("/tf_static", 0, {{"imu_frame", "color_optical", shift(7.0)}});
+    return Open(messages)->calibration()->imu;
+  };
+  EXPECT_NEAR(imu_from_tf("base", false).value().T_BC.p().x(), 0.1 - 0.3, 1e-12);
+  EXPECT_NEAR(imu_from_tf("base", true).value().T_BC.p().x(), 7.0, 1e-12);
+  EXPECT_FALSE(imu_from_tf("odom", false).has_value());
+}
+
 TEST_F(BagDatasetTest, TheExtrinsicsAndTheDepthUnitOfARealSenseAreUsed) {
   const std::string device = "/device_0/sensor_";
   RecordedScene scene{.colour = device + "1/Color_0/image/data",

@@ -15,15 +15,24 @@ class FrameTree {
  public:
   // T: T_ab.
   void Add(const std::string& a, const std::string& b, const Pose& T);
+  // Likewise, of one that is not stated to be fixed: it counts only where no others connect.
+  void AddConstant(const std::string& a, const std::string& b, const Pose& T);
   // Returns T_ab along the frames between; nothing if none connect the two.
   std::optional<Pose> Find(const std::string& a, const std::string& b) const;
 
  private:
-  std::map<std::string, std::map<std::string, Pose>> neighbours_;  // T_ab by a and b
+  using Neighbours = std::map<std::string, std::map<std::string, Pose>>;  // T_ab by a and b
+
+  static std::optional<Pose> FindIn(const Neighbours& tree, const std::string& a,
+                                    const std::string& b);
+
+  Neighbours fixed_, all_;
 };
 
-// Reads /tf_static and, in a bag of the SDK of RealSense, the transforms of its streams. Throws
-// IoError if a message is damaged.
+// Reads /tf_static and, in a bag of the SDK of RealSense, the transforms of its streams; and the
+// transforms of /tf that never change in some of its messages, which are spread over the recording:
+// the static publishers of ROS 1 may write there. Throws IoError if a message of the former is
+// damaged.
 FrameTree ReadFrameTree(const BagFile& bag);
 
 // Returns the frame of a stream in that tree. frame: of the header of its messages.
