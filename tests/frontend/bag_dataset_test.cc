@@ -161,6 +161,15 @@ TEST_F(BagDatasetTest, AFewMessagesWithoutAStampAreLeftOut) {
   EXPECT_EQ(ReadBagImu(path()).samples[0].stamp, testing::ReadingStamp(1));
 }
 
+TEST_F(BagDatasetTest, WithoutAnyTimesItIsRefused) {
+  std::vector<WrittenMessage> messages =
+      MessagesOf({.how = Serialization::kCdr, .has_stamps = false});
+  for (WrittenMessage& message : messages) message.recorded = -message.recorded;
+  testing::WriteSqliteBag(folder_ / "a.db3", messages);
+  ExpectError<IoError>("a.db3: no image of /camera/color/image_raw has a stamp, and none a time",
+                       [&] { OpenDataset(folder_ / "a.db3"); });
+}
+
 TEST_F(BagDatasetTest, AnAccelerometerWithoutStampsMakesTheTimesOfRecordingBeUsed) {
   std::vector<WrittenMessage> messages = MessagesOf({.imu = "/gyro/sample"});
   for (const WrittenMessage& message : MessagesOf({.imu = "/accel/sample", .has_stamps = false})) {

@@ -78,6 +78,10 @@ BagDataset::Stream BagDataset::ListImages(std::uint32_t topic) {
       list.emplace_back(stamp, i);
     }
   }
+  if (list.empty()) {
+    throw IoError(bag_->path(), "no image of " + bag_->topics()[topic].name +
+                                    " has a stamp, and none a time of recording");
+  }
   std::ranges::sort(list);
   for (const auto& [stamp, message] : list) {
     if (!stream.stamps.empty() && stream.stamps.back().stamp == stamp) continue;
