@@ -1,4 +1,6 @@
 // The cameras that a bag states.
+#include <algorithm>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -44,6 +46,21 @@ TEST(BagCalibration, DepthWithTheCameraOfColourIsMovedWhereTransformsSayThatItIs
     }
     EXPECT_TRUE(dataset->warnings().empty());
   }
+}
+
+TEST(BagCalibration, ADamagedFirstMessageIsPassedOver) {
+  std::vector<WrittenMessage> messages = MessagesOf({});
+  for (const char* topic : {"/camera/color/camera_info", "/camera/imu"}) {
+    const auto first = std::ranges::find(messages, topic, &WrittenMessage::topic);
+    ASSERT_NE(first, messages.end());
+    WrittenMessage damaged = *first;
+    damaged.bytes.resize(damaged.bytes.size() / 2);
+    messages.insert(first, damaged);
+  }
+  const testing::TemporaryDirectory folder;
+  const auto dataset = Open(folder, messages);
+  ASSERT_NE(dataset->calibration(), nullptr);
+  EXPECT_EQ(dataset->calibration()->sensor.camera.fx, 60.0);
 }
 
 TEST(BagCalibration, ALensIsKeptWhereTheCameraIsStatedInAnotherSize) {

@@ -27,14 +27,23 @@ struct BagCamera {
   PinholeCamera camera;
 };
 
-// Calls read(reader) for the first message of a topic.
+// Calls read(reader) for the first message of a topic that is not damaged.
 template <class Read>
 auto ReadFirst(const BagFile& bag, std::uint32_t topic, const Read& read) {
-  const BagMessage& message = *bag.FirstOf(topic);
-  const std::vector<std::uint8_t> bytes = bag.Read(message);
-  const std::string name = bag.NameOf(message);
-  MessageReader reader(bag.path(), name, bag.topics()[topic].encoding, bytes);
-  return read(&reader);
+  constexpr int kMostTried = 30;
+  int tried = 0;
+  for (const BagMessage& message : bag.messages()) {
+    if (message.topic != topic) continue;
+    try {
+      const std::vector<std::uint8_t> bytes = bag.Read(message);
+      const std::string name = bag.NameOf(message);
+      MessageReader reader(bag.path(), name, bag.topics()[topic].encoding, bytes);
+      return read(&reader);
+    } catch (const IoError&) {
+      if (++tried == kMostTried) throw;
+    }
+  }
+  throw IoError(bag.path(), bag.topics()[topic].name + " has no message that can be read");
 }
 
 bool IsCameraInfo(const BagTopic& topic) {
@@ -199,8 +208,8 @@ void AddDepthCamera(const BagFile& bag, const BagImageTopics& images, const Fram
   }
   result->warnings.push_back(
       bag.path().string() + ": depth has a camera of its own (" + depth->topic +
-      "), and /tf_static does not connect its frame '" + from + "' to that of colour, '" + to +
-      "': state depth_camera in a file for --config, or record depth aligned to colour");
+      "), and neither /tf_static nor /tf connects its frame '" + from + "' to that of colour, '" +
+      to + "': state depth_camera in a file for --config, or record depth aligned to colour");
 }
 
 void AddImu(const BagFile& bag, const BagImageTopics& images, const BagImuTopics& imu,
