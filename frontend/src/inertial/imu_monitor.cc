@@ -5,7 +5,6 @@
 namespace highwall {
 namespace {
 
-constexpr double kMonitored = 10.0;                           // [s] of images
 constexpr double kPoseStep = 0.03;                            // [s] between poses
 constexpr double kCheckInterval = 1.0, kEarlyInterval = 0.5;  // [s] once confirmed, and before
 

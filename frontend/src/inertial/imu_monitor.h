@@ -13,6 +13,8 @@ namespace highwall {
 // Judges the configuration of the IMU by the images of the last seconds, about once a second.
 class ImuMonitor {
  public:
+  static constexpr double kMonitored = 10.0;  // [s] of images
+
   explicit ImuMonitor(double max_step) : max_step_(max_step) {}
 
   // Adds the pose of an image; stamp [ns] of the camera's clock, ascending.

@@ -46,6 +46,9 @@ class InertialOdometry::Impl {
  private:
   // Tests the configuration against the images; on a contradiction the IMU is given up.
   void Judge(const Observation& observation, InertialReport& report);
+  // Whether a judgement counts. That of an IMU which was used for long does once it has been
+  // contradicted for as long as poses are monitored, because errors of poses last for seconds.
+  bool IsBelieved(const ImuJudgement& judgement, bool is_used, Stamp image);
   void GiveUp(InertialReport& report);
   void Initialize(const Observation& observation, InertialReport& report);
   // Solves the initialization; inconsistent, with a reason, if the images fit the readings better
@@ -100,7 +103,8 @@ class InertialOdometry::Impl {
   JobSlot<TightCoupling> tight_;
   InertialStatus status_ = InertialStatus::kWaiting;
   std::string reason_;
-  ImuAgreement agreement_ = ImuAgreement::kUndecided;  // the last that was decided
+  ImuAgreement agreement_ = ImuAgreement::kUndecided;     // the last that was decided
+  std::optional<Stamp> used_since_, contradicted_since_;  // at judgements, without a break
   int attempts_ = 0;
   std::optional<Stamp> last_attempt_;
   std::optional<StampedPose> last_visual_;  // T_WC of the last image with a pose, image stamp

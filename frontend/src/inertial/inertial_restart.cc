@@ -19,6 +19,7 @@ void InertialOdometry::Impl::Judge(const Observation& observation, InertialRepor
   const bool is_confirmed = is_used && agreement_ == ImuAgreement::kConsistent;
   auto judgement = monitor_.Check(observation.image, buffer_, calibration_, is_confirmed);
   if (!judgement) return;
+  if (!IsBelieved(*judgement, is_used, observation.image)) return;
   const bool contradicted = judgement->agreement == ImuAgreement::kContradicted;
   // Once contradicted, too little motion is no reason to use it again, nor are poor images.
   const bool decided = contradicted || judgement->agreement == ImuAgreement::kConsistent ||
@@ -29,6 +30,19 @@ void InertialOdometry::Impl::Judge(const Observation& observation, InertialRepor
   reason_ = judgement->finding ? judgement->finding->text : kContradiction;
   report.finding = std::move(judgement->finding);
   if (is_used) GiveUp(report);
+}
+
+bool InertialOdometry::Impl::IsBelieved(const ImuJudgement& judgement, bool is_used, Stamp image) {
+  constexpr double kLongUse = 20.0;  // [s]
+  if (!is_used) used_since_.reset();
+  if (is_used && !used_since_) used_since_ = image;
+  if (judgement.agreement < ImuAgreement::kUnconfirmed) contradicted_since_.reset();
+  if (!contradicted_since_) {
+    if (judgement.agreement < ImuAgreement::kUnconfirmed) return true;
+    contradicted_since_ = image;
+  }
+  const bool is_long = is_used && ToSeconds(image - *used_since_) > kLongUse;
+  return !is_long || ToSeconds(image - *contradicted_since_) > ImuMonitor::kMonitored;
 }
 
 void InertialOdometry::Impl::GiveUp(InertialReport& report) {
@@ -63,6 +77,7 @@ void InertialOdometry::Impl::Restart() {
   visual_motion_.reset();
   initializer_.Clear();
   monitor_.Clear();
+  contradicted_since_.reset();
   visual_rest_.Clear();
   is_stationary_ = false;
   T_WO_ = Pose();

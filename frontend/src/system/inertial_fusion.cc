@@ -1,8 +1,11 @@
 // Parts of SlamSystem that fuse images with the IMU.
 #include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include <highwall/core/stamp.h>
 #include <highwall/factors/imu_preintegration.h>
@@ -83,6 +86,9 @@ void SlamSystem::Impl::KeepImagePose(const TrackedFrame& tracked) {
 }
 
 Pose SlamSystem::Impl::ForgetImu() {
+  // [keyframes] adjusted without the IMU, the newest ones, since tracking waits for it: an IMU that
+  // is wrong from the beginning is given up before there are more.
+  constexpr std::size_t kAdjusted = 60, kHeld = 60;
   const SubmapId root = map_.Root(submap_);
   const Pose T_new_old = WithTracker([&] {
     worker_.Drop(map_, root);
@@ -92,7 +98,11 @@ Pose SlamSystem::Impl::ForgetImu() {
       motion->previous = kNoId;
       motion->from_previous = nullptr;
     }
-    AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, kGlobalAdjustment, {},
+    const std::vector<KeyFrameId> all = map_.KeyFramesOf(root);
+    const std::size_t free = std::min(all.size(), kAdjusted);
+    const std::size_t held = std::min(all.size() - free, kHeld);
+    const std::span<const KeyFrameId> recent = std::span(all).last(free + held);
+    AdjustBundle(map_, model_, recent.last(free), recent.first(held), kGlobalAdjustment, {},
                  std::max(1, options_.threads));
   });
   for (const PosedFrame& seen : std::exchange(image_poses_, {})) {
