@@ -7,7 +7,7 @@
 
 namespace highwall::apps {
 
-// Prints what a run has found out about its sensors to standard error. command: "slam" or "live".
+// Prints what a run has estimated of its sensors to standard error. command: "slam" or "live".
 void WarnOfSensors(const std::string& command, const SlamRun& run, double depth_factor);
 
 // Prints a run for people to standard output. has_truth: a readable ground truth exists. memory: as

@@ -11,6 +11,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/sensor_profile.h>
 
+#include "input/bag_first_message.h"
 #include "input/colour_to_depth.h"
 #include "input/frame_tree.h"
 #include "input/message_reader.h"
@@ -30,20 +31,12 @@ struct BagCamera {
 // Calls read(reader) for the first message of a topic that is not damaged.
 template <class Read>
 auto ReadFirst(const BagFile& bag, std::uint32_t topic, const Read& read) {
-  constexpr int kMostTried = 30;
-  int tried = 0;
-  for (const BagMessage& message : bag.messages()) {
-    if (message.topic != topic) continue;
-    try {
-      const std::vector<std::uint8_t> bytes = bag.Read(message);
-      const std::string name = bag.NameOf(message);
-      MessageReader reader(bag.path(), name, bag.topics()[topic].encoding, bytes);
-      return read(&reader);
-    } catch (const IoError&) {
-      if (++tried == kMostTried) throw;
-    }
-  }
-  throw IoError(bag.path(), bag.topics()[topic].name + " has no message that can be read");
+  return ReadFirstMessage(bag, topic, [&](const BagMessage& message) {
+    const std::vector<std::uint8_t> bytes = bag.Read(message);
+    const std::string name = bag.NameOf(message);
+    MessageReader reader(bag.path(), name, bag.topics()[topic].encoding, bytes);
+    return read(&reader);
+  });
 }
 
 bool IsCameraInfo(const BagTopic& topic) {

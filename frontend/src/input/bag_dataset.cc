@@ -11,6 +11,7 @@
 #include <highwall/internal/number_text.h>
 
 #include "input/bag_readings.h"
+#include "input/depth_unit.h"
 #include "input/message_reader.h"
 #include "input/pair_advice.h"
 #include "input/ros_image.h"
@@ -163,30 +164,10 @@ void BagDataset::UseSensor(const std::optional<RgbdSensor>& sensor) {
 
 // Looks at a few depth images spread over the recording.
 void BagDataset::CheckDepthFactor() {
-  constexpr std::size_t kImages = 5;
-  constexpr int kStep = 8;
   if (images_.depth.first.in_metres) return;
-  std::vector<float> depths;
-  const std::size_t stride = std::max<std::size_t>(1, size() / kImages);
-  for (std::size_t i = 0; i < size(); i += stride) {
-    try {
-      const cv::Mat depth = Metric(ReadDepth(i));
-      for (int v = 0; v < depth.rows; v += kStep) {
-        for (int u = 0; u < depth.cols; u += kStep) {
-          if (depth.at<float>(v, u) > 0.0F) depths.push_back(depth.at<float>(v, u));
-        }
-      }
-    } catch (const IoError&) {  // Load() reports it
-    }
-  }
-  if (depths.empty()) return;
-  const double median = UpperMedian(std::move(depths));
-  const std::optional<double> factor = LikelyDepthFactor(median, sensor_.depth_factor);
-  if (!factor) return;
-  AddWarning(bag_->path().string() + ": the median depth is " + RoundedText(median, 4) +
-             " m with depth factor " + RoundedText(sensor_.depth_factor, 4) +
-             (*factor > 0.0 ? "; the factor is likely " + RoundedText(*factor, 4)
-                            : "; no usual factor makes it plausible"));
+  const auto doubt = DoubtOfDepthFactor(size(), sensor_.depth_factor,
+                                        [this](std::size_t i) { return Metric(ReadDepth(i)); });
+  if (doubt) AddWarning(bag_->path().string() + ": " + *doubt);
 }
 
 std::vector<Stamp> BagDataset::stamps_without_depth() const {

@@ -8,6 +8,8 @@
 
 #include <highwall/core/error.h>
 
+#include "input/bag_first_message.h"
+
 namespace highwall {
 namespace {
 
@@ -43,19 +45,11 @@ std::uint32_t TopicNamed(const BagFile& bag, const std::string& name, const IsOf
 
 // Describes the first image of a topic that is not damaged.
 BagImageTopic DescribeImages(const BagFile& bag, std::uint32_t topic) {
-  constexpr int kMostTried = 30;
-  int tried = 0;
-  for (const BagMessage& message : bag.messages()) {
-    if (message.topic != topic) continue;
-    try {
-      const std::vector<std::uint8_t> bytes = bag.Read(message);
-      const std::string name = bag.NameOf(message);
-      return {topic, DescribeRosImage({bag.path(), name, bag.topics()[topic], bytes})};
-    } catch (const IoError&) {
-      if (++tried == kMostTried) throw;
-    }
-  }
-  throw IoError(bag.path(), bag.topics()[topic].name + " has no image that can be read");
+  return ReadFirstMessage(bag, topic, [&](const BagMessage& message) -> BagImageTopic {
+    const std::vector<std::uint8_t> bytes = bag.Read(message);
+    const std::string name = bag.NameOf(message);
+    return {topic, DescribeRosImage({bag.path(), name, bag.topics()[topic], bytes})};
+  });
 }
 
 std::vector<BagImageTopic> ImagesIn(const BagFile& bag) {

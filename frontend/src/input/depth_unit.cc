@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/tum_dataset.h>
+#include <highwall/internal/median.h>
+#include <highwall/internal/number_text.h>
 
 namespace highwall {
 
@@ -33,6 +37,33 @@ bool IsMetric(const cv::Mat& depth) {
                         " of it lies beyond 100 m (median " + std::to_string(std::lround(*median)) +
                         " m): divide it by the depth factor of the sensor (depth_factor in "
                         "calibration.yaml)");
+}
+
+std::optional<std::string> DoubtOfDepthFactor(std::size_t images, double depth_factor,
+                                              const std::function<cv::Mat(std::size_t)>& read) {
+  constexpr std::size_t kImages = 5;
+  constexpr int kStep = 8;
+  std::vector<float> depths;
+  const std::size_t stride = std::max<std::size_t>(1, images / kImages);
+  for (std::size_t i = 0; i < images; i += stride) {
+    try {
+      const cv::Mat depth = read(i);
+      for (int v = 0; v < depth.rows; v += kStep) {
+        for (int u = 0; u < depth.cols; u += kStep) {
+          if (depth.at<float>(v, u) > 0.0F) depths.push_back(depth.at<float>(v, u));
+        }
+      }
+    } catch (const IoError&) {  // Load() reports it
+    }
+  }
+  if (depths.empty()) return std::nullopt;
+  const double median = UpperMedian(std::move(depths));
+  const std::optional<double> factor = LikelyDepthFactor(median, depth_factor);
+  if (!factor) return std::nullopt;
+  return "the median depth is " + RoundedText(median, 4) + " m with depth factor " +
+         RoundedText(depth_factor, 4) +
+         (*factor > 0.0 ? "; the factor is likely " + RoundedText(*factor, 4)
+                        : "; no usual factor makes it plausible");
 }
 
 }  // namespace highwall

@@ -10,10 +10,10 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/image_io.h>
 #include <highwall/frontend/input/tum_dataset.h>
-#include <highwall/internal/median.h>
 #include <highwall/internal/number_text.h>
 
 #include "input/colour_to_depth.h"
+#include "input/depth_unit.h"
 #include "input/exr_depth.h"
 #include "input/recording_folder.h"
 
@@ -36,8 +36,8 @@ void RequireSize(const cv::Mat& image, const std::filesystem::path& path,
                  const PinholeCamera& camera) {
   const cv::Size size(camera.width, camera.height);
   if (image.size() == size) return;
-  throw IoError(path, "is " + SizeText(image.size()) + ", but its camera is set to " +
-                          SizeText(size));
+  throw IoError(path,
+                "is " + SizeText(image.size()) + ", but its camera is set to " + SizeText(size));
 }
 
 cv::Mat ReadConfidence(const std::filesystem::path& path) {
@@ -94,9 +94,9 @@ void FrameListDataset::Sort() {
   std::vector<FrameFiles>& frames = list_.frames;
   std::ranges::stable_sort(frames, {}, &FrameFiles::stamp);
   // Not std::ranges::unique: clang 14 does not compile its range with this standard library.
-  const auto doubles = std::unique(
-      frames.begin(), frames.end(),
-      [](const FrameFiles& a, const FrameFiles& b) { return a.stamp == b.stamp; });
+  const auto doubles =
+      std::unique(frames.begin(), frames.end(),
+                  [](const FrameFiles& a, const FrameFiles& b) { return a.stamp == b.stamp; });
   if (doubles != frames.end()) {
     AddWarning(folder_.string() + ": " + std::to_string(frames.end() - doubles) +
                " frames have the stamp of another one and are not used");
@@ -157,29 +157,10 @@ void FrameListDataset::AdaptCalibration() {
 
 // Looks at a few depth images spread over the recording.
 void FrameListDataset::CheckDepthFactor() {
-  constexpr std::size_t kImages = 5;
-  constexpr int kStep = 8;
-  std::vector<float> depths;
-  const std::size_t stride = std::max<std::size_t>(1, size() / kImages);
-  for (std::size_t i = 0; i < size(); i += stride) {
-    try {
-      const cv::Mat depth = MetricDepth(ReadDepth(list_.frames[i]), sensor_.depth_factor);
-      for (int v = 0; v < depth.rows; v += kStep) {
-        for (int u = 0; u < depth.cols; u += kStep) {
-          if (depth.at<float>(v, u) > 0.0F) depths.push_back(depth.at<float>(v, u));
-        }
-      }
-    } catch (const IoError&) {  // Load() reports it
-    }
-  }
-  if (depths.empty()) return;
-  const double median = UpperMedian(std::move(depths));
-  const std::optional<double> factor = LikelyDepthFactor(median, sensor_.depth_factor);
-  if (!factor) return;
-  AddWarning(folder_.string() + ": the median depth is " + RoundedText(median, 4) +
-             " m with depth factor " + RoundedText(sensor_.depth_factor, 4) +
-             (*factor > 0.0 ? "; the factor is likely " + RoundedText(*factor, 4)
-                            : "; no usual factor makes it plausible"));
+  const auto doubt = DoubtOfDepthFactor(size(), sensor_.depth_factor, [this](std::size_t i) {
+    return MetricDepth(ReadDepth(list_.frames[i]), sensor_.depth_factor);
+  });
+  if (doubt) AddWarning(folder_.string() + ": " + *doubt);
 }
 
 cv::Mat FrameListDataset::ReadColour(const FrameFiles& frame) const {
@@ -250,8 +231,8 @@ RgbdImage FrameListDataset::DoLoad(std::size_t index) const {
                                    SizeText({camera.width, camera.height}));
   }
   RequireDepth(frame, depth);
-  depth = MetricDepth(depth, sensor_.depth_factor, sensor_.inverse_depth_offset,
-                      sensor_.depth_pattern);
+  depth =
+      MetricDepth(depth, sensor_.depth_factor, sensor_.inverse_depth_offset, sensor_.depth_pattern);
   if (registration_) depth = registration_->Register(depth);
   return {.stamp = frame.stamp, .bgr = colour, .depth = depth};
 }
