@@ -87,12 +87,16 @@ TumRecorder::~TumRecorder() {
 }
 
 void TumRecorder::Add(const RgbdImage& image, std::span<const ImuSample> readings) {
+  // Its own, so that no thread frees what another reads.
+  RgbdImage copy = image;
+  copy.bgr = image.bgr.clone();
+  copy.depth = image.depth.clone();
   const std::lock_guard lock(mutex_);
   const bool is_taken = waiting_.size() < kMostWaiting && counts_.failure.empty() && !ended_;
   if (!is_taken) ++counts_.missed;
   if (!counts_.failure.empty() || ended_ || (!is_taken && readings.empty())) return;
   if (is_taken) {
-    waiting_.push_back({image, {readings.begin(), readings.end()}});
+    waiting_.push_back({std::move(copy), {readings.begin(), readings.end()}});
   } else {
     std::vector<ImuSample>& last = waiting_.back().readings;
     last.insert(last.end(), readings.begin(), readings.end());

@@ -42,7 +42,7 @@ class TumRecorder {
   TumRecorder& operator=(const TumRecorder&) = delete;
 
   // Never waits for the disk: an image that comes while very many wait is not recorded, and so are
-  // all after a failure; its readings are. The image is shared and must not be changed afterwards.
+  // all after a failure; its readings are. The image is copied.
   void Add(const RgbdImage& image, std::span<const ImuSample> readings);
   // Records what waits, and returns the final counts. Call on one thread.
   RecordingCounts Finish();
