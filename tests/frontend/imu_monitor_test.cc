@@ -1,5 +1,8 @@
 #include "inertial/imu_monitor.h"
 
+#include <algorithm>
+#include <limits>
+
 #include <gtest/gtest.h>
 
 #include "inertial_drive.h"
@@ -30,6 +33,37 @@ TEST(ImuMonitor, ARunningImuIsGivenUpWhenItsGyroscopeTurnsRound) {
   }
   EXPECT_GE(abandoned, 1);
   EXPECT_GE(findings, 1);
+}
+
+// [s] when it is given up first; infinite if it never is.
+double GivenUpAt(const Drive& drive) {
+  const auto first = std::ranges::find_if(drive.reports, &InertialReport::abandoned);
+  if (first == drive.reports.end()) return std::numeric_limits<double>::infinity();
+  return testing::kFirst + testing::kStep * static_cast<double>(first - drive.reports.begin());
+}
+
+// Poses of images have errors that last for seconds, and less often for longer than a window.
+TEST(ImuMonitor, AfterLongUseAContradictionMustLastForAWholeWindow) {
+  Drive drive;
+  drive.change = [](ImuSample& reading) {
+    if (ToSeconds(reading.stamp) > 30.0) reading.gyroscope *= -1.0;
+    return true;
+  };
+  drive.Until(55.0);
+  EXPECT_GT(GivenUpAt(drive), 30.0 + ImuMonitor::kMonitored);
+  EXPECT_LT(GivenUpAt(drive), 50.0);
+}
+
+TEST(ImuMonitor, AfterLongUseAShortContradictionEndsNothing) {
+  Drive drive;
+  drive.change = [](ImuSample& reading) {
+    const double t = ToSeconds(reading.stamp);
+    if (t > 30.0 && t < 32.0) reading.gyroscope *= -1.0;
+    return true;
+  };
+  drive.Until(50.0);
+  EXPECT_GT(GivenUpAt(drive), 50.0);
+  EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning);
 }
 
 TEST(ImuMonitor, ARightImuIsNeverGivenUp) {
