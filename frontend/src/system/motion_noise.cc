@@ -60,11 +60,11 @@ std::array<SecondDifferences, 2> Collect(std::span<const MeasuredPose> poses,
     if (std::max(before, after) > ConstantVelocity::kLongestPrediction) continue;
     const double ratio = after / before;
     if (ratio > 2.0 || ratio < 0.5) continue;             // a missing image
-    const auto noise = [&](double StatedVariance::*of) {  // Eq. 1
+    const auto noise = [&](double StatedVariance::*of) {  // Eq. 7
       return (*stated[c]).*of + (1 + ratio) * (1 + ratio) * ((*stated[b]).*of) +
              ratio * ratio * ((*stated[a]).*of);
     };
-    const double of_motion = after * after * (before + after) / 3.0;  // Eq. 2
+    const double of_motion = after * after * (before + after) / 3.0;  // Eq. 8
     const Pose &A = poses[a].T_WC, &B = poses[b].T_WC, &C = poses[c].T_WC;
     Add(C.p() - B.p() - ratio * (B.p() - A.p()), noise(&StatedVariance::position), of_motion,
         &all[0]);
@@ -101,7 +101,7 @@ SecondDifference Typical(const SecondDifferences& differences, const Shares& sha
   return typical;
 }
 
-// Solves Eq. 3: shares by which the squares of both lists are chi-squared in the median.
+// Solves Eq. 9: shares by which the squares of both lists are chi-squared in the median.
 Shares Solve(const SecondDifferences& one, const SecondDifferences& two) {
   // Neither share vanishes: a camera at rest is smoothed over many frames, not over all, and a fast
   // one keeps its poses.

@@ -20,7 +20,7 @@ struct MotionNoise {
 // Estimates both from second differences of the poses, over one step and over two: noise of the
 // poses adds the same to either, that of the accelerations eight times as much to the second.
 // Medians, so that single jumps do not count. poses: of one world, by stamp. Empty if there are too
-// few with information. (docs/tracking.md, Eq. 1 to 3)
+// few with information. (docs/factors/white_acceleration.md, Eq. 7 to 9)
 std::optional<MotionNoise> EstimateMotionNoise(std::span<const MeasuredPose> poses);
 
 }  // namespace highwall
