@@ -1,4 +1,4 @@
-"""Highwall as a baseline of VSLAM-LAB: goes to Baselines/baseline_files/ there (docs/vslamlab.md)."""
+"""Highwall as a baseline of VSLAM-LAB: goes to Baselines/baseline_files/ there (README.md)."""
 import shutil
 
 from Baselines.BaselineVSLAMLab import BaselineVSLAMLab
