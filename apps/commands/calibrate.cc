@@ -204,7 +204,7 @@ int RunCalibrate(const CalibrateArguments& arguments) {
   const DatasetOptions input{.max_stamp_difference = arguments.max_pair_difference,
                              .topics = has_topics ? arguments.topics : recording.topics};
   const OpenedDataset opened = OpenWithConfig(recording.config, recording.dataset, input);
-  PrintTopics("calibrate", *opened.images);
+  PrintSources("calibrate", opened);
   if (!recording.run.empty()) {
     RequireRecordingOfRun(recording.dataset, *opened.images, recording.run);
   }
@@ -260,10 +260,9 @@ void AddCalibrateCommand(CLI::App& app, CommandAction& action) {
       ->add_option("input", arguments->input,
                    "Dataset, or the folder of a run of `highwall slam --imu off` with an IMU")
       ->required();
-  command->add_option(
-      "--config", arguments->config,
-      "tum1, tum2, tum3 or a YAML file; of an IMU only its noise and ranges are taken from it "
-      "[default: calibration.yaml of the dataset]");
+  command->add_option("--config", arguments->config,
+                      "tum1, tum2, tum3 or a calibration file; of an IMU only its noise and ranges "
+                      "are taken from it [default: calibration.yaml of the dataset]");
   CLI::Option* trajectory = command->add_option(
       "--trajectory", arguments->trajectory, "T_WC by the images alone, instead of tracking them");
   command

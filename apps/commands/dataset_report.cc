@@ -272,14 +272,6 @@ void ReadFrames(const Dataset& dataset, const RgbdSensor& sensor,
   AddFindings(check, sensor.depth_factor, dataset, report);
 }
 
-// Returns the dataset's own configuration: its camera is checked here, its depth factor is used.
-std::optional<RunConfig> KnownConfig(const std::filesystem::path& directory) {
-  const std::filesystem::path calibration = CalibrationFile(directory);
-  if (std::filesystem::exists(calibration)) return ReadSensor(calibration);
-  if (const auto sensor = SensorPreset(PresetFromName(directory))) return RunConfig{*sensor, {}};
-  return std::nullopt;
-}
-
 // Returns the reader of the recording. Throws IoError for a format whose depth is computed, before
 // anything in it is read: the report is of the images that a camera gave.
 const DatasetReader* ReaderOf(const std::filesystem::path& directory) {
@@ -346,9 +338,13 @@ DatasetReport InspectDataset(const std::filesystem::path& directory, DatasetOpti
   const DatasetReader* const reader = ReaderOf(directory);
   options.any_size = true;
   const bool states_camera = reader != nullptr && !reader->calibration.empty();
-  std::optional<RunConfig> config;
+  std::optional<RunConfig> config;  // whose camera is checked, and whose depth factor is used
+  std::string note;
   if (!states_camera || std::filesystem::exists(CalibrationFile(directory))) {
-    config = KnownConfig(directory);
+    if (std::optional<ResolvedConfig> own = OwnConfig(directory)) {
+      config = std::move(own->config);
+      note = std::move(own->note);
+    }
   }
   // The statistics are those of the stored depth, so nothing but its unit is taken from the sensor.
   RgbdSensor sensor;
@@ -392,6 +388,7 @@ DatasetReport InspectDataset(const std::filesystem::path& directory, DatasetOpti
                            ? CalibrationReport{std::string(reader->calibration), "stated",
                                                "the recording states its camera"}
                            : FindCalibration(directory, report.width, report.height, depth);
+  if (!note.empty()) report.calibration.reason = note;
   AddProblems(dataset, options.max_stamp_difference, &report);
   if (config) {
     AddSizeProblem(config->sensor.camera, &report);

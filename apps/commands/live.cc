@@ -53,6 +53,7 @@ OpenedCamera OpenCamera(const LiveArguments& arguments) {
     ResolvedConfig resolved = ResolveConfig(arguments.slam.config, {});
     given = std::move(resolved.config);
     origin = std::move(resolved.origin);
+    if (!resolved.note.empty()) fmt::print(stderr, "highwall live: {}\n", resolved.note);
   }
   return {OpenOpenNi2Camera(ReadCameraChoice(arguments.camera).device, given), std::move(origin)};
 }

@@ -247,7 +247,7 @@ int RunMap(const MapArguments& arguments) {
       arguments.config.empty() ? source.config : arguments.config, source.dataset, images);
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
-  PrintTopics("map", dataset);
+  PrintSources("map", opened);
   CheckRecording(arguments, source, dataset);
   for (const std::string& warning : dataset.warnings()) {
     fmt::print(stderr, "highwall map: warning: {}\n", warning);

@@ -60,7 +60,7 @@ int RunSlamCommand(const SlamArguments& arguments) {
                       .topics = arguments.topics});
   const RgbdSensor& sensor = opened.config.sensor;
   const Dataset& dataset = *opened.images;
-  PrintTopics("slam", dataset);
+  PrintSources("slam", opened);
   for (const std::string& warning : dataset.warnings()) {
     fmt::print(stderr, "highwall slam: warning: {}\n", warning);
   }

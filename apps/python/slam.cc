@@ -152,7 +152,11 @@ void BindSensor(py::module_& module) {
       .def_readwrite("sensor", &SensorCalibration::sensor)
       .def_readwrite("imu", &SensorCalibration::imu, "None where it is unknown.")
       .def_readwrite("antenna_B", &SensorCalibration::antenna_B,
-                     "[m] The antenna of a GPS in the frame of the IMU, or of the camera.");
+                     "[m] The antenna of a GPS in the frame of the IMU, or of the camera.")
+      .def_readonly("format", &SensorCalibration::format,
+                    "What a file of another system is; empty for calibration.yaml.")
+      .def_readonly("defaults", &SensorCalibration::defaults,
+                    "The keys of calibration.yaml that such a file does not state.");
 }
 
 void BindDataset(py::module_& module) {
@@ -208,7 +212,8 @@ void BindDataset(py::module_& module) {
           "the keywords are in the place of its fields.");
   module.def(
       "read_sensor", [](const py::object& path) { return ReadSensor(Path(path)); }, py::arg("path"),
-      "Reads a calibration.yaml, which highwall calibrate writes.");
+      "Reads a calibration.yaml, which highwall calibrate writes, or a calibration of ORB-SLAM, "
+      "OpenCV, ROS, Kalibr or Open3D.");
   module.def(
       "open_dataset",
       [](const py::object& folder, const std::optional<RgbdSensor>& sensor,

@@ -50,6 +50,7 @@ ResolvedConfig ConfigOf(const NodeOptions& options, const CameraInfo& info) {
     return {{.sensor = FindSensorProfile(options.sensor)->SensorFor(info.camera)}, "camera_info"};
   }
   ResolvedConfig resolved = ResolveConfig(options.slam.config, {});
+  if (!resolved.note.empty()) Print(resolved.note);
   const PinholeCamera &own = resolved.config.sensor.camera, &sent = info.camera;
   constexpr double kSame = 2.0;  // [px]
   if (own.width != sent.width || own.height != sent.height || std::abs(own.fx - sent.fx) > kSame ||

@@ -146,11 +146,12 @@ void WriteErrors(const RgbdSensor& sensor, const CalibrationSigma& sigma, YAML::
 }  // namespace
 
 void WriteConfig(const std::filesystem::path& path, const RunConfig& config,
-                 const CalibrationSigma& sigma) {
+                 const CalibrationSigma& sigma, const std::string& depth_factor_comment) {
   YAML::Emitter out;
   out << YAML::BeginMap;
   WriteCameras(config.sensor, &out);
   out << YAML::Key << "depth_factor" << YAML::Value << YamlNumber(config.sensor.depth_factor);
+  if (!depth_factor_comment.empty()) out << YAML::Comment(depth_factor_comment);
   WriteSection("depth_range", {{"min", config.sensor.min_depth}, {"max", config.sensor.max_depth}},
                &out);
   const DepthNoise& noise = config.sensor.depth_noise;

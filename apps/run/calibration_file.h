@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "run/config.h"
 
@@ -14,9 +15,10 @@ struct CalibrationSigma {
 };
 
 // Writes a configuration that ReadSensor() reads back exactly, except for the rotation of T_BC (to
-// 1e-15). Standard deviations above 0 are written as comments next to their values. The file is
-// written atomically; a missing folder is created. Throws IoError.
+// 1e-15). Standard deviations above 0 are written as comments next to their values, and so is
+// `depth_factor_comment`, unless it is empty. The file is written atomically; a missing folder is
+// created. Throws IoError.
 void WriteConfig(const std::filesystem::path& path, const RunConfig& config,
-                 const CalibrationSigma& sigma = {});
+                 const CalibrationSigma& sigma = {}, const std::string& depth_factor_comment = "");
 
 }  // namespace highwall::apps

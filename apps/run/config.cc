@@ -5,11 +5,14 @@
 #include <regex>
 #include <string_view>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/open_dataset.h>
 #include <highwall/internal/did_you_mean.h>
+
+#include "run/foreign_config.h"
 
 namespace highwall::apps {
 namespace {
@@ -37,6 +40,42 @@ std::string FolderName(const std::filesystem::path& directory) {
   return (canonical.has_filename() ? canonical : canonical.parent_path()).filename().string();
 }
 
+ResolvedConfig Stated(const std::string& file) {
+  ResolvedConfig stated{ReadSensor(file), file};
+  stated.note = NoteOfDefaults(stated);
+  if (!stated.note.empty()) {
+    stated.note +=
+        "; to state them, edit what 'highwall convert " + file + " calibration.yaml' writes";
+  }
+  return stated;
+}
+
+// Returns the configuration of a --config that is not empty.
+ResolvedConfig GivenConfig(const std::string& choice) {
+  if (const std::optional<RgbdSensor> sensor = SensorPreset(choice)) {
+    return {{*sensor}, "preset " + choice};
+  }
+  if (std::filesystem::exists(choice)) return Stated(choice);
+  const std::vector<std::string_view> presets = SensorPresetNames();
+  const std::string meant = DidYouMean(choice, {presets.begin(), presets.end()});
+  throw IoError(choice, "is neither a file nor a preset (" + PresetList() + ")" +
+                            (meant.empty() ? DidYouMeanPath(choice) : meant));
+}
+
+// Returns the preset that the name of a dataset implies.
+std::optional<ResolvedConfig> NamedConfig(const std::filesystem::path& dataset) {
+  const std::string preset = PresetFromName(dataset);
+  const std::optional<RgbdSensor> sensor = SensorPreset(preset);
+  if (!sensor) return std::nullopt;
+  return ResolvedConfig{{*sensor}, "preset " + preset + ", by the dataset's name"};
+}
+
+// Completes a file of another system, if there is something to complete it with.
+ResolvedConfig Completed(const ResolvedConfig& stated, const std::optional<ResolvedConfig>& own) {
+  if (stated.config.format.empty() || !own) return stated;
+  return CompletedBy(own->config, own->origin, stated);
+}
+
 }  // namespace
 
 std::string ConfigOfRun(const std::string& calibration) {
@@ -62,25 +101,22 @@ std::string PresetFromName(const std::filesystem::path& dataset) {
   return "";
 }
 
+std::optional<ResolvedConfig> OwnConfig(const std::filesystem::path& dataset) {
+  const std::optional<ResolvedConfig> named = NamedConfig(dataset);
+  const std::filesystem::path calibration = CalibrationFile(dataset);
+  if (!std::filesystem::exists(calibration)) return named;
+  return Completed(Stated(calibration.string()), named);
+}
+
 ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::path& dataset) {
   if (!choice.empty()) {
-    if (const std::optional<RgbdSensor> sensor = SensorPreset(choice)) {
-      return {{*sensor}, "preset " + choice};
-    }
-    if (!std::filesystem::exists(choice)) {
-      const std::vector<std::string_view> presets = SensorPresetNames();
-      const std::string meant = DidYouMean(choice, {presets.begin(), presets.end()});
-      throw IoError(choice, "is neither a file nor a preset (" + PresetList() + ")" +
-                                (meant.empty() ? DidYouMeanPath(choice) : meant));
-    }
-    return {ReadSensor(choice), choice};
+    const ResolvedConfig given = GivenConfig(choice);
+    if (given.config.format.empty() || dataset.empty()) return given;
+    std::error_code is_none;
+    const bool is_own = std::filesystem::equivalent(choice, CalibrationFile(dataset), is_none);
+    return Completed(given, is_own ? NamedConfig(dataset) : OwnConfig(dataset));
   }
-  const std::filesystem::path calibration = CalibrationFile(dataset);
-  if (std::filesystem::exists(calibration)) return {ReadSensor(calibration), calibration.string()};
-  const std::string preset = PresetFromName(dataset);
-  if (const std::optional<RgbdSensor> sensor = SensorPreset(preset)) {
-    return {{*sensor}, "preset " + preset + ", by the dataset's name"};
-  }
+  if (std::optional<ResolvedConfig> own = OwnConfig(dataset)) return *std::move(own);
   // A folder that is not a dataset gets a clearer error from its reader.
   OpenDataset(dataset, std::nullopt, {.max_stamp_difference = 1.0});
   throw IoError(dataset,

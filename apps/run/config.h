@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include <highwall/frontend/input/sensor.h>
@@ -13,11 +14,19 @@ using RunConfig = SensorCalibration;
 struct ResolvedConfig {
   RunConfig config;
   std::string origin;  // human-readable source of the configuration
+  // One line about a file of another system: what it is, and where the values are from that it does
+  // not state. Empty otherwise.
+  std::string note{};
 };
 
-// Resolves the argument of --config: tum1, tum2, tum3, a file, or empty. If it is empty,
-// calibration.yaml in the dataset's folder is used, otherwise the preset implied by the dataset's
-// name. Throws IoError as ReadSensor(), and if no configuration is found.
+// Returns the configuration of a dataset without --config: calibration.yaml in its folder,
+// otherwise the preset implied by its name; empty without both. Throws IoError as ReadSensor().
+std::optional<ResolvedConfig> OwnConfig(const std::filesystem::path& dataset);
+
+// Resolves the argument of --config: tum1, tum2, tum3, a file that ReadSensor() reads, or empty. If
+// it is empty, the result is OwnConfig(). What a file of another system does not state is taken
+// from OwnConfig(), unless `dataset` is empty. Throws IoError as ReadSensor(), and if no
+// configuration is found.
 ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::path& dataset);
 
 // Returns the --config choice of a run, from "calibration" in its run.json. It is empty if the

@@ -39,9 +39,10 @@ void AddLiveOptions(CLI::App* command, LiveArguments* arguments) {
           ->type_name("CAMERA")
           ->required()
           ->check(KnownCamera());
-  command->add_option("--config", slam->config,
-                      "tum1, tum2, tum3 or a YAML file: the calibration (default: the field of "
-                      "view that the camera states)");
+  command->add_option(
+      "--config", slam->config,
+      "tum1, tum2, tum3 or a calibration file: the calibration (default: the field of "
+      "view that the camera states)");
   command
       ->add_option("--record", arguments->record,
                    "Record what the camera delivers to this new folder: --dataset of highwall slam")

@@ -7,12 +7,14 @@
 #include <highwall/core/error.h>
 #include <highwall/internal/did_you_mean.h>
 
+#include "run/foreign_config.h"
+
 namespace highwall::apps {
 
-void PrintTopics(const std::string& command, const Dataset& images) {
-  const std::string topics = ToText(images.topics());
-  if (topics.empty()) return;
-  fmt::print(stderr, "highwall {}: topics {}\n", command, topics);
+void PrintSources(const std::string& command, const OpenedDataset& opened) {
+  const std::string topics = ToText(opened.images->topics());
+  if (!topics.empty()) fmt::print(stderr, "highwall {}: topics {}\n", command, topics);
+  if (!opened.note.empty()) fmt::print(stderr, "highwall {}: {}\n", command, opened.note);
 }
 
 OpenedDataset OpenWithConfig(const std::string& choice, const std::filesystem::path& directory,
@@ -37,11 +39,18 @@ OpenedDataset OpenWithConfig(const std::string& choice, const std::filesystem::p
     }
   }
   ResolvedConfig resolved = ResolveConfig(choice, directory);
+  if (states_camera && !resolved.config.defaults.empty()) {
+    const std::unique_ptr<const Dataset> itself = reader->open(directory, std::nullopt, options);
+    if (const SensorCalibration* const stated = itself->calibration()) {
+      resolved = CompletedBy(*stated, std::string(reader->calibration), resolved);
+    }
+  }
   std::unique_ptr<const Dataset> images = OpenDataset(directory, resolved.config.sensor, options);
   if (!resolved.config.imu && images->calibration() != nullptr) {
     resolved.config.imu = images->calibration()->imu;
   }
-  return {std::move(images), std::move(resolved.config), std::move(resolved.origin)};
+  return {std::move(images), std::move(resolved.config), std::move(resolved.origin),
+          std::move(resolved.note)};
 }
 
 }  // namespace highwall::apps

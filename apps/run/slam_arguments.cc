@@ -130,9 +130,10 @@ void AddSlamOptions(CLI::App* command, SlamArguments* arguments) {
                                           "Folder or bag of the recording: TUM RGB-D, EuRoC, ROS "
                                           "and others")
                              ->required();
-  command->add_option("--config", arguments->config,
-                      "tum1, tum2, tum3 or a YAML file (default: calibration.yaml of the dataset, "
-                      "else the preset that its name gives)");
+  command->add_option(
+      "--config", arguments->config,
+      "tum1, tum2, tum3 or a calibration file (default: calibration.yaml of the dataset, "
+      "else the preset that its name gives)");
   AddMaxPairDifference(command, &arguments->max_pair_difference);
   AddFrameRate(command, &arguments->frame_rate);
   AddTopics(command, &arguments->topics);

@@ -281,34 +281,16 @@ TEST(Config, NamesTheCalibrationOfAnotherSystemAndHowOursIsWritten) {
     const char *text, *name, *words;
   };
   for (const Case& c :
-       {Case{"%YAML:1.0\n\n# camera: of TUM1\nCamera.type: \"PinHole\"\nCamera.fx: 517.3\n"
-             "Camera.width: 640\nDepthMapFactor: 5000.0\n",
-             "a settings file of ORB-SLAM", "depth_factor its DepthMapFactor"},
-        Case{"%YAML:1.0\nFile.version: \"1.0\"\nCamera1.fx: 617.2\nRGBD.DepthMapFactor: 1000.0\n",
-             "a settings file of ORB-SLAM", "Camera1.fx"},
-        Case{"image_width: 640\nimage_height: 480\ncamera_name: rgb\ncamera_matrix:\n  rows: 3\n"
-             "  cols: 3\n  data: [525, 0, 319.5, 0, 525, 239.5, 0, 0, 1]\n"
-             "distortion_model: plumb_bob\n",
-             "a camera_info of ROS", "image_width"},
-        Case{"height: 480\nwidth: 640\ndistortion_model: \"plumb_bob\"\nD: [0, 0, 0, 0, 0]\n"
-             "K: [525.0, 0.0, 319.5, 0.0, 525.0, 239.5, 0.0, 0.0, 1.0]\n",
-             "a camera_info of ROS", "(K)"},
-        Case{"cam0:\n  camera_model: pinhole\n  intrinsics: [458, 457, 367, 248]\n"
-             "  distortion_model: radtan\n  resolution: [752, 480]\n",
-             "a camera chain of Kalibr", "distortion_coeffs"},
-        Case{"sensor_type: camera\nresolution: [752, 480]\nintrinsics: [458, 457, 367, 248]\n",
+       {Case{"sensor_type: camera\nresolution: [752, 480]\nintrinsics: [458, 457, 367, 248]\n",
              "a sensor.yaml of EuRoC", "resolution"},
-        Case{"{\n\t\"width\" : 640,\n\t\"height\" : 480,\n\t\"intrinsic_matrix\" : [525, 0, 0, 0, "
-             "525, 0, 319.5, 239.5, 1]\n}\n",
-             "an intrinsic of Open3D", "column by column"},
         Case{"{\"width\": 640, \"height\": 480, \"ppx\": 320.1, \"ppy\": 239.2, \"fx\": 615.0}",
              "the intrinsics of librealsense", "cx and cy its ppx and ppy"},
         Case{"%YAML:1.0\n---\nM1: !!opencv-matrix\n   rows: 3\n", "a file of OpenCV's FileStorage",
              "camera matrix"}}) {
     const std::string message = LoadMessage(c.text);
-    EXPECT_TRUE(message.starts_with(": is " + std::string(c.name) +
-                                    ", which is not read; write "
-                                    "'camera: {width: 640, height: 480, fx: 525"))
+    EXPECT_TRUE(message.starts_with(": is " + std::string(c.name))) << message;
+    EXPECT_NE(message.find(", which is not read; write 'camera: {width: 640, height: 480, fx: 525"),
+              std::string::npos)
         << message;
     EXPECT_NE(message.find(c.words), std::string::npos) << message;
   }

@@ -237,8 +237,14 @@ void Troubleshooting::Calibrations() {
   Slam("prism");
   WriteText(Dataset("fisheye") / "calibration.yaml", camera + "lens: fisheye}\n");
   Slam("fisheye");
-  WriteText(Dataset("ros") / "calibration.yaml", "image_width: 64\ncamera_matrix: {rows: 3}\n");
+  WriteText(Dataset("euroc") / "calibration.yaml", "sensor_type: camera\nintrinsics: [50, 50]\n");
+  Slam("euroc");
+  const std::string ros =
+      "image_width: 64\nimage_height: 48\ncamera_matrix: {data: [50, 0, 32, 0, 50, 24, 0, 0, 1]}\n";
+  WriteText(Dataset("ros") / "calibration.yaml", ros + "distortion_model: plumb_bob\n");
   Slam("ros");
+  WriteText(Dataset("fov") / "calibration.yaml", ros + "distortion_model: fov\nD: [0.9]\n");
+  Slam("fov");
   Dataset("missing", {}, "");
   Slam("missing");
   Dataset("no_sensor", {}, "sensor: kinectt1\n");

@@ -55,7 +55,8 @@ TEST_F(ReadSensorTest, NamesTheFileTheLineAndTheRemedy) {
                 ":2: unknown key 'depth_facter'; did you mean 'depth_factor'?");
   ExpectRefused(kCamera + "depth_factor: -1\n", ":2: depth_factor must be positive");
   ExpectRefused(kCamera, ": key 'depth_factor' is missing");
-  ExpectRefused("Camera.fx: 500\n", ": is a settings file of ORB-SLAM, which is not read; write");
+  ExpectRefused("ppx: 500\nppy: 400\n",
+                ": is the intrinsics of librealsense, which is not read; write");
   ExpectError<IoError>("calibratoin.yaml: is missing or cannot be read; did you mean '",
                        [&] { ReadSensor(path().parent_path() / "calibratoin.yaml"); });
 }

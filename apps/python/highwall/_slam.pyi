@@ -167,6 +167,10 @@ class RgbdSensor:
 
 class SensorCalibration:
     antenna_B: Array
+    @property
+    def defaults(self) -> List[str]: ...
+    @property
+    def format(self) -> str: ...
     imu: Optional[ImuCalibration]
     sensor: RgbdSensor
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <initializer_list>
 #include <utility>
 #include <vector>
 
@@ -14,6 +13,7 @@
 #include "input/bag_first_message.h"
 #include "input/colour_to_depth.h"
 #include "input/frame_tree.h"
+#include "input/lens_coefficients.h"
 #include "input/message_reader.h"
 #include "input/ros_messages.h"
 
@@ -73,33 +73,6 @@ std::optional<std::uint32_t> FindCameraInfo(const BagFile& bag, const BagImageTo
   return std::nullopt;
 }
 
-void SetBagLens(const std::vector<double>& D, std::initializer_list<double PinholeCamera::*> names,
-                PinholeCamera* camera) {
-  auto value = D.begin();
-  for (double PinholeCamera::*const name : names) {
-    if (value == D.end()) return;
-    camera->*name = *value++;
-  }
-}
-
-// Returns false for a lens model that is not known and bends rays.
-bool SetBagLens(const RosCameraInfo& info, PinholeCamera* camera) {
-  using C = PinholeCamera;
-  const std::string& model = info.model;
-  if (model == "equidistant" || model == "fisheye" || model == "Kannala Brandt4") {
-    camera->lens = LensModel::kEquidistant;
-    SetBagLens(info.D, {&C::k1, &C::k2, &C::k3, &C::k4}, camera);
-    return true;
-  }
-  if (std::ranges::all_of(info.D, [](double k) { return k == 0.0; })) return true;
-  if (model.empty() || model == "plumb_bob" || model == "rational_polynomial" ||
-      model == "Brown Conrady" || model == "Modified Brown Conrady") {
-    SetBagLens(info.D, {&C::k1, &C::k2, &C::p1, &C::p2, &C::k3, &C::k4, &C::k5, &C::k6}, camera);
-    return true;
-  }
-  return false;
-}
-
 // Returns the camera of images of this size, which the topic may state in another one.
 PinholeCamera CameraOfInfo(const BagFile& bag, const std::string& topic, const RosCameraInfo& info,
                            bool is_rectified, const cv::Size& size, BagCalibration* result) {
@@ -110,13 +83,11 @@ PinholeCamera CameraOfInfo(const BagFile& bag, const std::string& topic, const R
                        .fy = by_projection ? info.P[5] : info.K[4],
                        .cx = by_projection ? info.P[2] : info.K[2],
                        .cy = by_projection ? info.P[6] : info.K[5]};
-  if (!by_projection && !SetBagLens(info, &camera)) {
+  if (!by_projection && !SetLens(info.model, info.D, &camera)) {
     result->warnings.push_back(bag.path().string() + ": " + topic + " has the lens model " +
                                info.model + ", which is not known: its coefficients are left out");
   }
-  constexpr std::ptrdiff_t kKnown = 8;  // coefficients of PinholeCamera
-  if (!by_projection && std::ssize(info.D) > kKnown &&
-      std::any_of(info.D.begin() + kKnown, info.D.end(), [](double k) { return k != 0.0; })) {
+  if (!by_projection && HasUnknownCoefficients(info.D)) {
     result->warnings.push_back(bag.path().string() + ": " + topic + " has " +
                                std::to_string(info.D.size()) +
                                " coefficients of its lens, of which the first 8 are used");

@@ -2,97 +2,125 @@
 
 #include <algorithm>
 #include <cctype>
+#include <fstream>
+#include <iterator>
 #include <set>
+#include <string>
 #include <vector>
 
+#include <highwall/core/error.h>
 #include <highwall/internal/number_text.h>
+#include <highwall/internal/text_file.h>
+
+#include "input/kalibr_chain.h"
+#include "input/open3d_intrinsic.h"
+#include "input/opencv_calibration.h"
+#include "input/opencv_storage.h"
+#include "input/orbslam_settings.h"
 
 namespace highwall {
 namespace {
 
 using Keys = std::set<std::string>;
 
+constexpr const char* kOpencvMatrix = "!!opencv-matrix";
+
 struct ForeignForm {
-  const char* name;
   std::vector<Keys> marks;  // each has an alternative among the keys of the text
-  const char* words;        // how the file provides the required values
+  SensorCalibration (*read)(const ForeignMap& file);
+  // Of a form that is not read: its name, and how the file provides the required values.
+  const char* name = nullptr;
+  const char* words = nullptr;
 };
 
+// In the order in which they are asked.
 const std::vector<ForeignForm>& ForeignForms() {
   static const std::vector<ForeignForm> kForms = {
-      {"a settings file of ORB-SLAM",
-       {{"Camera.fx", "Camera1.fx"}},
-       "width, height, fx to cy and k1 to k3 are its Camera.width to Camera.k3 (Camera1.fx and so "
-       "on in ORB-SLAM3), depth_factor its DepthMapFactor"},
-      {"a camera chain of Kalibr",
-       {{"cam0"}, {"intrinsics"}},
-       "fx, fy, cx, cy are its intrinsics, width and height its resolution, and k1, k2, p1, p2 its "
-       "distortion_coeffs if distortion_model is radtan; T_BC of an IMU is the inverse of "
-       "T_cam_imu"},
-      {"a sensor.yaml of EuRoC",
-       {{"sensor_type"}, {"intrinsics"}},
-       "fx, fy, cx, cy are its intrinsics, width and height its resolution, and k1, k2, p1, p2 its "
-       "distortion_coefficients"},
-      {"a camera_info of ROS",
-       {{"camera_matrix", "K", "k"}, {"image_width", "distortion_model", "projection_matrix"}},
-       "width and height are its image_width and image_height, fx, cx, fy, cy the numbers 1, 3, 5 "
-       "and 6 of its camera_matrix (K), and k1, k2, p1, p2, k3 its distortion_coefficients (D) if "
-       "the model is plumb_bob"},
-      {"an intrinsic of Open3D",
-       {{"intrinsic_matrix"}},
-       "width and height are its own, and fx, fy, cx, cy the numbers 1, 5, 7 and 8 of its "
-       "intrinsic_matrix, which stands there column by column"},
-      {"the intrinsics of librealsense",
-       {{"ppx"}, {"ppy"}},
-       "width, height, fx and fy are its own, cx and cy its ppx and ppy, and k1, k2, p1, p2, k3 "
-       "its "
-       "coeffs"},
-      {"a file of OpenCV's FileStorage",
-       {{"!!opencv-matrix"}},
+      {{{"Camera.fx", "Camera1.fx"}}, ReadOrbSlamSettings},
+      {{{"cam0"}, {"intrinsics"}}, ReadKalibrChain},
+      {{{kOpencvMatrix}, {"camera_matrix", "Camera_Matrix", "cameraMatrix"}},
+       ReadOpencvCalibration},
+      {{{kOpencvMatrix}},
+       nullptr,
+       "a file of OpenCV's FileStorage without image_width, image_height and camera_matrix",
        "fx, cx, fy, cy are the numbers 1, 3, 5 and 6 of the camera matrix, and k1, k2, p1, p2, k3 "
        "the distortion coefficients"},
+      {{{"camera_matrix", "K", "k"}, {"image_width", "distortion_model", "projection_matrix"}},
+       ReadCameraInfoFile},
+      {{{"intrinsic_matrix"}}, ReadOpen3dIntrinsic},
+      {{{"sensor_type"}, {"intrinsics"}},
+       nullptr,
+       "a sensor.yaml of EuRoC",
+       "fx, fy, cx, cy are its intrinsics, width and height its resolution, and k1, k2, p1, p2 its "
+       "distortion_coefficients"},
+      {{{"ppx"}, {"ppy"}},
+       nullptr,
+       "the intrinsics of librealsense",
+       "width, height, fx and fy are its own, cx and cy its ppx and ppy, and k1, k2, p1, p2, k3 "
+       "its coeffs"},
   };
   return kForms;
 }
 
+bool IsOfKey(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
+}
+
 // Returns the words before a colon, and the tag of OpenCV's matrices; comments are ignored.
-Keys KeysOf(const std::string& text) {
+Keys KeysOfYaml(const std::string& text) {
   Keys keys;
   TextReader lines(text);
-  const auto is_of_word = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
-  };
   for (std::string line; std::getline(lines, line);) {
     line.resize(std::min(line.find('#'), line.size()));
-    if (line.find("!!opencv-matrix") != std::string::npos) keys.insert("!!opencv-matrix");
+    if (line.find(kOpencvMatrix) != std::string::npos) keys.insert(kOpencvMatrix);
     for (std::size_t colon = line.find(':'); colon != std::string::npos;
          colon = line.find(':', colon + 1)) {
       std::size_t end = colon;
       while (end > 0 && (line[end - 1] == ' ' || line[end - 1] == '"')) --end;
       std::size_t begin = end;
-      while (begin > 0 && is_of_word(line[begin - 1])) --begin;
+      while (begin > 0 && IsOfKey(line[begin - 1])) --begin;
       if (begin < end) keys.insert(line.substr(begin, end - begin));
     }
   }
   return keys;
 }
 
-}  // namespace
+// Returns the names of the tags.
+Keys KeysOfXml(const std::string& text) {
+  Keys keys{kOpencvMatrix};
+  for (std::size_t tag = text.find('<'); tag != std::string::npos; tag = text.find('<', tag + 1)) {
+    std::size_t end = tag + 1;
+    while (end < text.size() && IsOfKey(text[end])) ++end;
+    if (end > tag + 1) keys.insert(text.substr(tag + 1, end - tag - 1));
+  }
+  return keys;
+}
 
-std::optional<std::string> DescribeForeignCalibration(const std::string& text) {
-  const Keys keys = KeysOf(text);
-  if (keys.contains("camera")) return std::nullopt;
+const ForeignForm* FindForeignForm(const std::string& text) {
+  const Keys keys = IsOpencvXml(text) ? KeysOfXml(text) : KeysOfYaml(text);
+  if (keys.contains("camera")) return nullptr;
   for (const ForeignForm& form : ForeignForms()) {
     const bool fits = std::ranges::all_of(form.marks, [&](const Keys& mark) {
       return std::ranges::any_of(mark, [&](const std::string& key) { return keys.contains(key); });
     });
-    if (!fits) continue;
-    return std::string("is ") + form.name +
-           ", which is not read; write 'camera: {width: 640, height: 480, fx: 525, fy: 525, cx: "
-           "319.5, cy: 239.5}' (with k1, k2, p1, p2, k3 of a lens) and 'depth_factor: 5000': " +
-           form.words;
+    if (fits) return &form;
   }
-  return std::nullopt;
+  return nullptr;
+}
+
+}  // namespace
+
+std::optional<SensorCalibration> ReadForeignCalibration(const std::filesystem::path& path) {
+  if (!std::filesystem::is_regular_file(path)) return std::nullopt;
+  const std::string text = ReadTextFile(path);
+  const ForeignForm* const form = FindForeignForm(text);
+  if (form == nullptr) return std::nullopt;
+  if (form->read != nullptr) return form->read(ParseOpencvStorage(path, text));
+  throw IoError(path, "is " + std::string(form->name) +
+                          ", which is not read; write 'camera: {width: 640, height: 480, fx: 525, "
+                          "fy: 525, cx: 319.5, cy: 239.5}' (with k1, k2, p1, p2, k3 of a lens) and "
+                          "'depth_factor: 5000': " +
+                          form->words);
 }
 
 }  // namespace highwall

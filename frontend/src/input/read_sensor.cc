@@ -1,9 +1,8 @@
 #include <highwall/frontend/input/sensor.h>
 
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -41,7 +40,8 @@ void ReadCameraSection(YamlReader& section, const std::filesystem::path& path,
   } else if (lens != "radial_tangential") {
     throw IoError(path, section.LineOf("", "lens").value(),
                   "camera: lens must be radial_tangential (k1, k2, p1, p2, k3, and k4 to k6 of a "
-                  "rational model) or equidistant (k1 to k4 of a fisheye), not " + lens);
+                  "rational model) or equidistant (k1 to k4 of a fisheye), not " +
+                      lens);
   }
   for (const char* key : {"s1", "s2", "s3", "s4"}) {
     double value = 0.0;
@@ -64,14 +64,6 @@ Pose ReadTransform(YamlReader& section, const std::filesystem::path& path, const
                             "' must end with 0, 0, 0, 1: write it row by row");
   }
   return Pose::FromMatrix(T);
-}
-
-// Identifies calibrations of other systems before parsing.
-void RefuseForeignCalibration(const std::filesystem::path& path) {
-  if (!std::filesystem::is_regular_file(path)) return;  // YamlReader::Load() reports that
-  std::ifstream stream(path);
-  const std::string text(std::istreambuf_iterator<char>(stream), {});
-  if (const auto foreign = DescribeForeignCalibration(text)) throw IoError(path, *foreign);
 }
 
 // Reads the constants of the noise curve, or those of the stereo pair that produces the depth.
@@ -181,8 +173,10 @@ IoError InWordsOfTheFile(const std::filesystem::path& path, const YamlReader& fi
 }  // namespace
 
 SensorCalibration ReadSensor(const std::filesystem::path& path) {
+  if (std::optional<SensorCalibration> foreign = ReadForeignCalibration(path)) {
+    return *std::move(foreign);
+  }
   SensorCalibration config;
-  RefuseForeignCalibration(path);
   YamlReader file = YamlReader::Load(path);
   ReadCameraSection(file.Section("camera"), path, &config.sensor.camera);
   try {

@@ -6,14 +6,14 @@
 
 #include <highwall/core/error.h>
 
-#include "input/json_object.h"
+#include "input/foreign_map.h"
 #include "input/matrix_text.h"
 #include "input/phone_recording.h"
 
 namespace highwall {
 namespace {
 
-std::vector<std::optional<Pose>> ReadRecord3dPoses(const JsonObject& json) {
+std::vector<std::optional<Pose>> ReadRecord3dPoses(const ForeignMap& json) {
   std::vector<std::optional<Pose>> poses;
   for (const std::vector<double>& v : json.Rows("poses", 7)) {
     const Eigen::Quaterniond q(v[3], v[0], v[1], v[2]);
@@ -36,7 +36,7 @@ void RequireOneLength(const std::filesystem::path& path, const Record3dMetadata&
 }  // namespace
 
 Record3dMetadata ReadRecord3dMetadata(const std::filesystem::path& path) {
-  const JsonObject json = JsonObject::Load(path);
+  const ForeignMap json = ForeignMap::LoadJson(path);
   Record3dMetadata metadata;
   metadata.camera = CameraOfMatrix(path, json.Numbers("K", 9));
   metadata.camera.width = json.Integer("w");

@@ -6,14 +6,14 @@
 
 #include <highwall/core/error.h>
 
-#include "input/json_object.h"
+#include "input/foreign_map.h"
 #include "input/matrix_text.h"
 #include "input/phone_recording.h"
 
 namespace highwall {
 
 ScannerAppFrame ReadScannerAppFrame(const std::filesystem::path& path) {
-  const JsonObject json = JsonObject::Load(path);
+  const ForeignMap json = ForeignMap::LoadJson(path);
   ScannerAppFrame frame;
   frame.stamp = json.Seconds("time");
   frame.camera = CameraOfMatrix(path, json.Numbers("intrinsics", 9));

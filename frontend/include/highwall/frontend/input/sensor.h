@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <limits>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -45,7 +46,8 @@ struct DepthCameraCalibration {
 // An RGB-D camera whose depth image is registered to its colour image: one pinhole for both. The
 // default range is not that of a particular sensor: the noise decides the weight of a reading.
 struct RgbdSensor {
-  PinholeCamera camera{};  // of colour; depth images have its pixels, unless there is a depth_camera
+  PinholeCamera
+      camera{};  // of colour; depth images have its pixels, unless there is a depth_camera
   // Conversion of stored values to metres, MetricDepth(): the value that stands for one metre, and
   // the excess of the resulting inverse depth, constant and varying over the image. SlamSystem
   // expects metres and uses none of them.
@@ -95,6 +97,10 @@ struct SensorCalibration {
   std::optional<ImuCalibration> imu{};  // empty if none is stated
   // [m] position of the GPS antenna in the IMU frame, or in the camera frame without an IMU.
   Eigen::Vector3d antenna_B = Eigen::Vector3d::Zero();
+  // Of a file of another system: what it is, such as "a camera chain of Kalibr", and the keys of
+  // calibration.yaml that it does not state, whose values are defaults. Both empty otherwise.
+  std::string format{};
+  std::vector<std::string> defaults{};
 };
 
 // Reads a calibration.yaml, which `highwall calibrate` writes, with these keys:
@@ -113,6 +119,8 @@ struct SensorCalibration {
 //   imu: {T_BC: [16 numbers, row by row], gyroscope_noise, accelerometer_noise, gyroscope_walk,
 //         accelerometer_walk, rate, time_offset}        # each key optional: see ImuCalibration
 //   gps: {antenna: [x, y, z]}   # [m] optional: SensorCalibration::antenna_B
+// or a calibration of another system, recognized by its content (docs/recordings.md): ORB-SLAM,
+// OpenCV, a camera_info of ROS, Kalibr, Open3D. Depth that it does not describe is in millimetres.
 // Throws IoError for an unreadable file, an unknown or missing key, a wrong type, or a value out of
 // range.
 SensorCalibration ReadSensor(const std::filesystem::path& path);
