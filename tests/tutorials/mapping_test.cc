@@ -1,28 +1,5 @@
-// The program of docs/tutorial_mapping.md, between the two marks, and its test.
-// [tutorial]
-#include <cstdint>
-#include <functional>
-#include <map>
-#include <optional>
-
-#include <highwall/frontend/system/slam_system.h>
-#include <highwall/mapping/dense_mapper.h>
-
-// Waits for the next pair of images; empty when the camera has been switched off.
-using Camera = std::function<std::optional<highwall::RgbdImage>()>;
-
-// Cloud, octree and grid of the visible scene, by submap.
-inline std::map<std::int32_t, highwall::DenseMap> Survey(const highwall::RgbdSensor& sensor,
-                                                         const Camera& camera) {
-  using namespace highwall;
-  SlamSystem slam(sensor);
-  DenseMapper mapper({}, {sensor.camera, [&](double z) { return sensor.depth_noise.Sigma(z); }});
-  slam.SetCallbacks({.on_keyframes = [&](const KeyframeEvent& event) { mapper.Apply(event); }});
-  while (const auto image = camera()) slam.Track(*image);
-  slam.Finish();
-  return mapper.Finish();
-}
-// [/tutorial]
+// The program of docs/tutorial_mapping.md.
+#include "examples/mapping/survey.h"
 
 #include <cmath>
 #include <cstddef>
@@ -32,6 +9,7 @@ inline std::map<std::int32_t, highwall::DenseMap> Survey(const highwall::RgbdSen
 #include <simulate/scenes/room.h>
 
 #include "support/rendered_walk.h"
+#include "support/temporary_directory.h"
 
 namespace highwall {
 namespace {
@@ -74,6 +52,12 @@ TEST(MappingTutorial, MakesTheRoomThatTheCameraSees) {
   EXPECT_GT(static_cast<double>(as_seen), 0.9 * static_cast<double>(in_view));
   EXPECT_GT(static_cast<double>(occupied), 0.9 * static_cast<double>(map.cloud.size()));
   EXPECT_GT(map.grid.width, 0);
+
+  const testing::TemporaryDirectory folder("survey");
+  WriteSurvey(maps, folder.path());
+  for (const char* file : {"cloud_0.ply", "map_0.bt", "grid_0.yaml"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / file)) << file;
+  }
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Runs the program of docs/tutorial_factor.md; exits 0 if the body is found.
-#include <factor.h>
+#include <factor/beacon_range.h>
 
 int main() {
   const highwall::Pose truth;

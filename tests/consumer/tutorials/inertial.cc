@@ -1,5 +1,5 @@
 // Runs the program of docs/tutorial_inertial.md over a second at rest; exits 0 if it stays there.
-#include <inertial.h>
+#include <inertial/inertial_trajectory.h>
 
 int main() {
   using namespace highwall;

@@ -1,5 +1,5 @@
 // Runs the program of docs/tutorial_lines.md over an image twice; exits 0 if each line is itself.
-#include <lines.h>
+#include <lines/match_lines.h>
 
 int main() {
   cv::Mat image(240, 320, CV_8UC1, cv::Scalar(40));

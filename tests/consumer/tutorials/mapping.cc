@@ -1,5 +1,5 @@
 // Runs the program of docs/tutorial_mapping.md over three images of a wall; exits 0 if it is mapped.
-#include <mapping.h>
+#include <mapping/survey.h>
 
 #include <cmath>
 

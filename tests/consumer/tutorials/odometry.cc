@@ -1,5 +1,5 @@
 // Runs the program of docs/tutorial_odometry.md over points at rest; exits 0 if the camera stays.
-#include <odometry.h>
+#include <odometry/odometry.h>
 
 int main() {
   const highwall::RgbdSensor sensor;

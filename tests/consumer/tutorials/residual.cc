@@ -1,6 +1,6 @@
 // Runs the program of docs/tutorial_residual.md; exits 0 if the residual and its Jacobian are
 // right.
-#include <residual.h>
+#include <residual/reproject.h>
 
 int main() {
   std::string message;

@@ -1,5 +1,5 @@
 // Runs the program of docs/tutorial_slam.md over three images of a wall; exits 0 if it follows.
-#include <slam.h>
+#include <slam/pilot.h>
 
 #include <chrono>
 #include <cstdint>
