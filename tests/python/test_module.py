@@ -3,6 +3,7 @@
 import ast
 import os
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -66,23 +67,30 @@ def test_numpy_that_pybind11_does_not_know_is_an_error_at_import(tmp_path, versi
     assert f"arrays of NumPy {version}: install 'numpy<2'" in tried.stderr
 
 
-def program_of_the_page(with_line):
-    page = (ROOT / "docs/python.md").read_text()
-    (program,) = [part for part in page.split("```python\n")[1:] if with_line in part.split("```")[0]]
+def run_example(name):
+    path = ROOT / "docs/examples" / name
     scope = {}
-    exec(compile(program.split("```")[0], "docs/python.md", "exec"), scope)
+    exec(compile(path.read_text(), path, "exec"), scope)
     return scope
 
 
-def test_the_page_shows_an_extractor_that_runs():
-    scope = program_of_the_page("class Corners(hw.PointExtractor)")
+def test_the_example_of_an_extractor_tracks():
     grey = np.random.default_rng(2).integers(0, 256, (480, 640), dtype=np.uint8)
     depth = np.full(grey.shape, 2.0, np.float32)
-    frame = scope["slam"].track(0, np.dstack([grey] * 3), depth)
+    frame = run_example("corners.py")["slam"].track(0, np.dstack([grey] * 3), depth)
     assert frame.points == 500 and frame.state == hw.TrackingState.TRACKING
 
 
-def test_the_page_shows_a_factor_that_runs():
-    scope = program_of_the_page("class BeaconRange(hw.Factor)")
+def test_the_example_of_a_factor_finds_the_body():
+    scope = run_example("beacon.py")
     found = scope["graph"].value(scope["pose"]).p
     assert abs(found[0] - 1.0) < 0.1 and abs(found[1]) < 0.2
+
+
+@pytest.mark.parametrize("name", ["beacon.py", "corners.py"])
+def test_the_page_shows_excerpts_of_the_example(name):
+    page, program = ((ROOT / "docs" / path).read_text() for path in ("python.md", f"examples/{name}"))
+    block = page.split(f"](examples/{name})", 1)[1].split("```python\n", 1)[1].split("```")[0]
+    for excerpt in re.split(r"^ *# \.\.\.\n", block, flags=re.MULTILINE):
+        before, found, program = program.partition("\n" + excerpt)
+        assert found, f"docs/examples/{name} does not have, in this order:\n{excerpt}"
