@@ -1,4 +1,6 @@
-// Provokes every message that docs/troubleshooting.md quotes, and checks Highwall's output for it.
+// Provokes every message that docs/troubleshooting.md quotes, and those of
+// self_explanatory_messages.txt, which state their remedy themselves or need none, and checks
+// Highwall's output for it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -570,8 +572,14 @@ TEST_F(Troubleshooting, EveryMessageOfThePageIsSaidAndNoneSpeaksOfTheCode) {
   Losses();
   Graphs();
   Extractors();
-  const std::vector<std::string> messages = QuotedMessages();
+  std::vector<std::string> messages = QuotedMessages();
   EXPECT_GT(messages.size(), 60u);
+  for (std::string& message :
+       Lines(testing::ReadText(std::string(testing::kSourceFolder) +
+                               "/tests/expected/self_explanatory_messages.txt"))) {
+    EXPECT_EQ(std::ranges::count(messages, message), 0) << message << " is on the page as well";
+    messages.push_back(std::move(message));
+  }
   for (const std::string& message : messages) {
     EXPECT_TRUE(std::ranges::any_of(said_, [&](const std::string& line) {
       return Says(line, message);
