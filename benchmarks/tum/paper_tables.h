@@ -5,7 +5,7 @@
 
 #include "sweep_tables.h"
 
-// Tables 1, 2 and 4 of the paper in its layout, with its own figures next to ours (docs/paper.md).
+// Tables 1, 2 and 4 of the paper in its layout, with its own figures next to ours (docs/reference/paper.md).
 namespace highwall::bench {
 
 // Returns the settings: points only, points and lines, each with the default map; and all

@@ -127,14 +127,14 @@ TEST_F(GetTum, PartsOfEth3dBecomeOneFolderWithACalibration) {
 }
 
 TEST_F(GetTum, RefusesUnknownSequencesInOneLine) {
-  testing::ExpectRefused(Get("fr1_garden"), 2, {"fr1_garden", "docs/datasets.md"});
+  testing::ExpectRefused(Get("fr1_garden"), 2, {"fr1_garden", "docs/reference/sequences.md"});
   testing::ExpectRefused(Get("icl_office_4"), 2, {"icl_office_0 to 3"});
   testing::ExpectRefused(Get("kitti_00"), 2, {"kitti_00: unknown"});
   EXPECT_EQ(Get("").exit_code, 1);
 }
 
-TEST(Datasets, TheTableHoldsAll47SequencesOfTum) {
-  const std::string page = ReadText(std::string(testing::kSourceFolder) + "/docs/datasets.md");
+TEST(Datasets, TheListHoldsAll47SequencesOfTum) {
+  const std::string page = ReadText(std::string(testing::kSourceFolder) + "/docs/reference/sequences.md");
   int rows = 0;
   for (std::size_t at = 0; (at = page.find("\n| fr", at)) != std::string::npos; ++at) ++rows;
   EXPECT_EQ(rows, 47);

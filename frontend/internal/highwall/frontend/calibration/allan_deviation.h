@@ -44,7 +44,7 @@ struct AllanFitOptions {
 // longest stretch, pooled over all stretches; no difference crosses their borders. step: [s] > 0
 // between readings. Empty if no stretch has three readings. Throws InvalidArgument on a bad step
 // and on readings that are not finite.
-// docs/allan_deviation.md, Eq. 1
+// docs/imu_noise_estimation.md, Eq. 1
 std::vector<AllanPoint> AllanDeviation(std::span<const std::vector<double>> stretches, double step);
 
 // Returns the expected deviation at tau [s] of such noise.                                    Eq. 2

@@ -55,7 +55,7 @@ std::vector<ReadingRange> FindRest(std::span<const ImuSample> samples,
 // samples: strictly increasing stamps. Empty if no stretch has 12 times min_readings, or if the
 // readings of a sensor never change. Throws InvalidArgument for a stretch outside of the samples,
 // and on bad options.
-// docs/imu_noise_estimation.md, Eq. 1
+// docs/imu_noise_estimation.md, Eq. 5
 std::optional<ImuNoiseEstimate> EstimateImuNoise(std::span<const ImuSample> samples,
                                                  std::span<const ReadingRange> rest,
                                                  const ImuNoiseEstimationOptions& options = {});
