@@ -11,7 +11,6 @@
 #include <limits>
 #include <memory>
 #include <regex>
-#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +24,7 @@
 #include <highwall/frontend/pose/pose_report.h>
 #include <highwall/frontend/system/slam_system.h>
 
+#include "quoted_messages.h"
 #include "run/loss_advice.h"
 #include "simulate/output/tum_writer.h"
 #include "simulate/scenes/room.h"
@@ -39,39 +39,6 @@ namespace {
 namespace fs = std::filesystem;
 using testing::GeneratedTum;
 using testing::WriteText;
-
-std::vector<std::string> Lines(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
-
-// Returns the text between backticks in the first column of the tables.
-std::vector<std::string> QuotedMessages() {
-  std::vector<std::string> messages;
-  for (const std::string& line :
-       Lines(testing::ReadText(std::string(testing::kSourceFolder) + "/docs/troubleshooting.md"))) {
-    if (!line.starts_with("| `")) continue;
-    messages.push_back(line.substr(3, line.find("` |") - 3));
-  }
-  return messages;
-}
-
-// Checks that a line contains the parts of a message between its "…" in order.
-bool Says(const std::string& line, std::string message) {
-  const std::string any = "…";
-  std::size_t at = 0;
-  for (;;) {
-    const std::size_t end = message.find(any);
-    const std::string part = message.substr(0, end);
-    at = line.find(part, at);
-    if (at == std::string::npos) return false;
-    if (end == std::string::npos) return true;
-    at += part.size();
-    message.erase(0, end + any.size());
-  }
-}
 
 constexpr const char* kCalibration =
     "camera: {width: 64, height: 48, fx: 50, fy: 50, cx: 32, cy: 24}\n";
