@@ -119,7 +119,13 @@ SimulationOptions MakeOptions(const SimulateArguments& arguments) {
   options.fps = arguments.fps;
   options.duration = arguments.duration.value_or(DefaultDuration(arguments.scene));
   options.rest = arguments.rest.value_or(options.rest);
-  if (!arguments.camera.empty()) options.camera = ReadSensor(arguments.camera).sensor.camera;
+  if (!arguments.camera.empty()) {
+    const RgbdSensor sensor = ReadSensor(arguments.camera).sensor;
+    options.camera = sensor.camera;
+    if (const auto& depth = sensor.depth_camera) {
+      options.depth_camera = {simulate::Scaled(depth->camera, arguments.scale), depth->T_CD};
+    }
+  }
   options.camera = simulate::Scaled(options.camera, arguments.scale);
   options.traffic = arguments.moving;
   options.readout = arguments.readout;
@@ -232,7 +238,8 @@ void AddCameraOptions(CLI::App* command, SimulateArguments* arguments) {
       ->check(Between(0.1, 2.0))
       ->capture_default_str();
   command->add_option("--camera", arguments->camera,
-                      "A calibration.yaml, whose camera takes the images: size, focal lengths, lens");
+                      "A calibration.yaml, whose camera takes the images: size, focal lengths, lens; "
+                      "its depth_camera, if any, takes those of depth");
   command
       ->add_option("--noise", arguments->noise,
                    "Of depth and colour, kinect or d435i; off: of the IMU too "

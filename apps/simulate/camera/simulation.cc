@@ -32,6 +32,11 @@ void ScaleContrast(double share, cv::Mat* bgr) {
   *bgr = (*bgr - mean) * share + mean;
 }
 
+// Time [s] of row v of an image whose middle row is taken at t.
+double TimeOfRow(int v, int height, double t, double readout) {
+  return t + (static_cast<double>(v) / height - 0.5) * readout;
+}
+
 ImuBias BiasAt(const GivenReadings& readings, Stamp stamp) {
   const auto last = static_cast<double>(readings.biases.size() - 1);
   const double index =
@@ -110,6 +115,7 @@ void SimulationOptions::Validate() const {
   HIGHWALL_REQUIRE(low_texture_contrast > 0.0 && low_texture_contrast <= 1.0,
                    "SimulationOptions::low_texture_contrast must be in (0, 1]");
   camera.Validate();
+  if (depth_camera) depth_camera->camera.Validate();
   exposure.Validate();
   sensor.Validate();
   imu.Validate();
@@ -128,7 +134,12 @@ Simulation::Simulation(Scene scene, SplineTrajectory trajectory, const Simulatio
       sensor_(options.sensor, options.camera, options.seed),
       imu_(options.imu, options.seed, kFirstStamp,
            StampOfFrame(NumberOfFrames(options) - 1, options.fps)),
-      readings_(std::move(readings)) {}
+      readings_(std::move(readings)) {
+  if (!options_.depth_camera) return;
+  const PinholeCamera& camera = options_.depth_camera->camera;
+  depth_renderer_.emplace(renderer_.scene(), camera);
+  depth_sensor_.emplace(options_.sensor, camera, options_.seed);
+}
 
 Stamp Simulation::FirstStamp() {
   return kFirstStamp;
@@ -146,18 +157,25 @@ Pose Simulation::T_WC(Stamp stamp) const {
   return path_.T_WC(ToSeconds(stamp - kFirstStamp));
 }
 
-double Simulation::TimeOfRow(int v, double t, double readout) const {
-  return t + (static_cast<double>(v) / options_.camera.height - 0.5) * readout;
+Rendering Simulation::RenderScene(const Renderer& renderer, const Pose& T_CV, double t,
+                                  double readout, int threads) const {
+  const PinholeCamera& camera = renderer.camera();
+  std::vector<Pose> T_WV_of_row;
+  for (int v = 0; v < camera.height; ++v) {
+    T_WV_of_row.push_back(path_.T_WC(TimeOfRow(v, camera.height, t, readout)) * T_CV);
+  }
+  const Rendering still = renderer.Render(T_WV_of_row, threads);
+  if (!moving_) return still;
+  return Renderer(moving_(t), camera).RenderOver(still, T_WV_of_row, threads);
 }
 
-Rendering Simulation::RenderScene(double t, double readout, int threads) const {
-  std::vector<Pose> T_WC_of_row;
-  for (int v = 0; v < options_.camera.height; ++v) {
-    T_WC_of_row.push_back(path_.T_WC(TimeOfRow(v, t, readout)));
+Rendering Simulation::RenderDepth(const Rendering& colour, double t, int threads) const {
+  const double middle = t + options_.depth_delay, readout = options_.depth_readout;
+  if (depth_renderer_) {
+    return RenderScene(*depth_renderer_, options_.depth_camera->T_CD, middle, readout, threads);
   }
-  const Rendering still = renderer_.Render(T_WC_of_row, threads);
-  if (!moving_) return still;
-  return Renderer(moving_(t), options_.camera).RenderOver(still, T_WC_of_row, threads);
+  if (options_.depth_delay == 0.0 && readout == options_.readout) return colour;
+  return RenderScene(renderer_, Pose(), middle, readout, threads);
 }
 
 cv::Mat Simulation::Blur(const Rendering& sharp, double t, double exposure_time,
@@ -165,7 +183,7 @@ cv::Mat Simulation::Blur(const Rendering& sharp, double t, double exposure_time,
   const double half = 0.5 * exposure_time;
   std::vector<ExposureMotion> motion_of_row;
   for (int v = 0; v < options_.camera.height; ++v) {
-    const double middle = TimeOfRow(v, t, options_.readout);
+    const double middle = TimeOfRow(v, options_.camera.height, t, options_.readout);
     const Pose T_MW = path_.T_WC(middle).Inverse();
     motion_of_row.push_back({T_MW * path_.T_WC(middle - half), T_MW * path_.T_WC(middle + half)});
   }
@@ -184,11 +202,12 @@ SimulatedFrame Simulation::Render(int i, int threads) const {
   const PinholeCamera& camera = options_.camera;
   if (Intensity(stretches_, StretchKind::kBlackout, t) > 0.0) {
     frame.bgr = cv::Mat(camera.height, camera.width, CV_8UC3, cv::Scalar::all(0.0));
-    frame.depth = cv::Mat(camera.height, camera.width, CV_32FC1, cv::Scalar::all(0.0));
+    const PinholeCamera& of_depth = (depth_renderer_ ? *depth_renderer_ : renderer_).camera();
+    frame.depth = cv::Mat(of_depth.height, of_depth.width, CV_32FC1, cv::Scalar::all(0.0));
     return frame;
   }
 
-  Rendering rendering = RenderScene(t, options_.readout, threads);
+  Rendering rendering = RenderScene(renderer_, Pose(), t, options_.readout, threads);
   AddHaze({.density = kHazeDensity * Intensity(stretches_, StretchKind::kDust, t),
            .seed = static_cast<std::uint32_t>(options_.seed)},
           t, &rendering);
@@ -204,13 +223,13 @@ SimulatedFrame Simulation::Render(int i, int threads) const {
   if (frame.exposure.time > 0.0) {
     rendering.bgr = Blur(rendering, t, frame.exposure.time, threads);
   }
-  if (options_.depth_delay != 0.0 || options_.depth_readout != options_.readout) {
-    const Rendering of_depth =
-        RenderScene(t + options_.depth_delay, options_.depth_readout, threads);
+  const Rendering of_depth = RenderDepth(rendering, t, threads);
+  if (!depth_sensor_) {
     rendering.depth = of_depth.depth;
     rendering.cosine = of_depth.cosine;
   }
   SensorImages images = sensor_.Observe(rendering, i, threads, frame.exposure.gain);
+  if (depth_sensor_) images.depth = depth_sensor_->Observe(of_depth, i, threads).depth;
   frame.bgr = std::move(images.bgr);
   frame.depth = std::move(images.depth);
   return frame;

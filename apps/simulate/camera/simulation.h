@@ -30,12 +30,19 @@ struct Blackout {
   double duration = 2.0;  // [s] > 0
 };
 
+// A depth camera beside the colour camera, whose images are not registered to colour.
+struct DepthCamera {
+  PinholeCamera camera{};
+  Pose T_CD{};  // from its frame to that of the colour camera
+};
+
 struct SimulationOptions {
   std::uint64_t seed = 1;  // of the scene, the path and the noise
   double duration = 10.0;  // [s] > 0
   double fps = 30.0;       // [Hz] > 0
   double rest = 0.0;       // [s] >= 0; initial stationary time of the camera
-  PinholeCamera camera{};
+  PinholeCamera camera{};  // of colour
+  std::optional<DepthCamera> depth_camera{};  // empty: depth is registered to colour
   // Rolling shutters: row v of H is taken (v / H - 0.5) times the read-out [s] after the middle
   // row, which is taken at the stamp in the colour image and depth_delay [s] later in the depth
   // image.
@@ -83,7 +90,7 @@ PinholeCamera Scaled(PinholeCamera camera, double scale);
 struct SimulatedFrame {
   Stamp stamp = 0;      // [ns]
   cv::Mat bgr;          // CV_8UC3
-  cv::Mat depth;        // CV_32FC1 [m], 0 = no measurement
+  cv::Mat depth;        // CV_32FC1 [m], 0 = no measurement; as its own camera sees it, if any
   Pose T_WC;            // exact
   Exposure exposure{};  // of the image
 };
@@ -125,21 +132,25 @@ class Simulation {
   TrueState StateAt(Stamp stamp) const;
 
  private:
-  // Renders the ideal image whose middle row is taken at t [s] since the first frame.
-  Rendering RenderScene(double t, double readout, int threads) const;
+  // Renders the ideal image whose middle row is taken at t [s] since the first frame, by a camera
+  // with the pose T_CV in the frame of the colour camera.
+  Rendering RenderScene(const Renderer& renderer, const Pose& T_CV, double t, double readout,
+                        int threads) const;
+  // Returns the ideal depth image with the cosines, of the frame at t whose colour is `colour`.
+  Rendering RenderDepth(const Rendering& colour, double t, int threads) const;
   // Applies the blur of an exposure time [s] to the same image.
   cv::Mat Blur(const Rendering& sharp, double t, double exposure_time, int threads) const;
-  // Returns the time of row v, in [s] as t.
-  double TimeOfRow(int v, double t, double readout) const;
 
   SimulationOptions options_;
   Renderer renderer_;
+  std::optional<Renderer> depth_renderer_;  // of the depth camera, if there is one
   CameraPath path_;
   VibrationIntensity intensity_;
   std::vector<Stretch> stretches_;
   MovingScene moving_;
   MotionBlur blur_;
   Sensor sensor_;
+  std::optional<Sensor> depth_sensor_;  // likewise
   ImuSimulator imu_;
   std::optional<GivenReadings> readings_;
 };

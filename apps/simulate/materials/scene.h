@@ -64,7 +64,7 @@ struct Scene {
   std::vector<VertexLook> looks;
   std::vector<int> surface_of_triangle;
   std::vector<Surface> surfaces;
-  std::vector<std::unique_ptr<const Texture>> textures;
+  std::vector<std::shared_ptr<const Texture>> textures;  // shared by the copies of a scene
   std::vector<Light> lights;
   double ambient = 0.6;
   Colour dust = Rgb(0.62, 0.55, 0.46);

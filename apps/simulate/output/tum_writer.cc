@@ -69,11 +69,10 @@ std::string GroundTruth(const Simulation& simulation, const std::vector<Stamp>& 
   return out.str();
 }
 
-std::string Calibration(const SimulationOptions& options) {
-  const PinholeCamera& camera = options.camera;
-  const DepthNoise noise = options.sensor.Noise();
+// The keys of a camera in its section.
+std::string CameraYaml(const PinholeCamera& camera) {
   TextWriter out;
-  out << std::setprecision(std::numeric_limits<double>::max_digits10) << "camera:\n"
+  out << std::setprecision(std::numeric_limits<double>::max_digits10)
       << "  width: " << camera.width << "\n  height: " << camera.height << "\n  fx: " << camera.fx
       << "\n  fy: " << camera.fy << "\n  cx: " << camera.cx << "\n  cy: " << camera.cy
       << "\n  k1: " << camera.k1 << "\n  k2: " << camera.k2 << "\n  p1: " << camera.p1
@@ -83,7 +82,25 @@ std::string Calibration(const SimulationOptions& options) {
     if (value != 0.0) out << "\n  " << key << ": " << value;
   }
   if (camera.lens == LensModel::kEquidistant) out << "\n  lens: equidistant";
-  out << "\ndepth_factor: " << DepthFactor(options)
+  out << "\n";
+  return out.str();
+}
+
+std::string DepthCameraYaml(const DepthCamera& depth) {
+  const Eigen::IOFormat list(Eigen::FullPrecision, Eigen::DontAlignCols, ", ", ", ");
+  TextWriter out;
+  out << "depth_camera:\n"
+      << CameraYaml(depth.camera) << "  T_CD: [" << depth.T_CD.Matrix().format(list) << "]\n";
+  return out.str();
+}
+
+std::string Calibration(const SimulationOptions& options) {
+  const DepthNoise noise = options.sensor.Noise();
+  TextWriter out;
+  out << std::setprecision(std::numeric_limits<double>::max_digits10) << "camera:\n"
+      << CameraYaml(options.camera)
+      << (options.depth_camera ? DepthCameraYaml(*options.depth_camera) : "")
+      << "depth_factor: " << DepthFactor(options)
       << "\ndepth_range:\n  min: " << options.sensor.min_depth
       << "\n  max: " << options.sensor.max_depth << "\ndepth_noise:\n  offset: " << noise.offset
       << "\n  quadratic: " << noise.quadratic << "\n  reference: " << noise.reference << "\n";
