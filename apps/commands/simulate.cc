@@ -57,6 +57,7 @@ struct SimulateArguments {
   double depth_bias = 0.0;                    // at 3 m
   double depth_pattern = 0.0;                 // likewise
   bool write_errors = false;
+  bool portrait = false;
   double time_offset = 0.0;  // [s]
   double noise_ratio = simulate::kUsualNoiseRatio;
   std::string imu = "on";  // off, on, or a file
@@ -208,7 +209,7 @@ Simulation Simulate(const SimulateArguments& arguments, const SimulationOptions&
 }
 
 simulate::TumOptions MakeTumOptions(const SimulateArguments& arguments) {
-  simulate::TumOptions options{.errors = arguments.write_errors};
+  simulate::TumOptions options{.errors = arguments.write_errors, .portrait = arguments.portrait};
   if (arguments.gps_rate > 0.0) {
     options.gps = simulate::GpsOptions{.rate = arguments.gps_rate, .sigma = arguments.gps_noise};
   }
@@ -240,6 +241,8 @@ void AddCameraOptions(CLI::App* command, SimulateArguments* arguments) {
   command->add_option("--camera", arguments->camera,
                       "A calibration.yaml, whose camera takes the images: size, focal lengths, lens; "
                       "its depth_camera, if any, takes those of depth");
+  command->add_flag("--portrait", arguments->portrait,
+                    "Store the images turned clockwise by a quarter, as a phone held upright does");
   command
       ->add_option("--noise", arguments->noise,
                    "Of depth and colour, kinect or d435i; off: of the IMU too "
@@ -323,7 +326,8 @@ void AddGpsOptions(CLI::App* command, SimulateArguments* arguments) {
   CLI::Option* rate =
       command
           ->add_option("--gps", arguments->gps_rate, "Write gps.csv, with so many fixes a second")
-          ->check(Between(0.01, 100.0));
+          ->check(Between(0.01, 100.0))
+          ->excludes("--portrait");
   command
       ->add_option("--gps-noise", arguments->gps_noise,
                    "Sigma of a fix east and north [m]; up it is twice that")

@@ -9,10 +9,14 @@
 #include <string>
 #include <vector>
 
+#include <opencv2/core.hpp>
+
+#include <highwall/core/error.h>
 #include <highwall/internal/number_text.h>
 
 #include "simulate/output/atomic_folder.h"
 #include "simulate/output/imu_files.h"
+#include "simulate/output/portrait.h"
 #include "simulate/parallel_for.h"
 
 namespace highwall::simulate {
@@ -24,12 +28,19 @@ double DepthFactor(const SimulationOptions& options) {
   return options.sensor.noise == SensorNoise::kD435i ? kD435iDepthFactor : kTumDepthFactor;
 }
 
-void WriteFrame(const fs::path& folder, const SimulatedFrame& frame, double depth_factor) {
+cv::Mat Turned(const cv::Mat& image) {
+  cv::Mat turned;
+  cv::rotate(image, turned, cv::ROTATE_90_CLOCKWISE);
+  return turned;
+}
+
+void WriteFrame(const fs::path& folder, const SimulatedFrame& frame, double depth_factor,
+                bool portrait) {
   const std::string name = FormatStamp(frame.stamp) + ".png";
   cv::Mat depth;
   frame.depth.convertTo(depth, CV_16UC1, depth_factor);
-  WritePng(folder / "rgb" / name, frame.bgr);
-  WritePng(folder / "depth" / name, depth);
+  WritePng(folder / "rgb" / name, portrait ? Turned(frame.bgr) : frame.bgr);
+  WritePng(folder / "depth" / name, portrait ? Turned(depth) : depth);
 }
 
 std::string ImageList(const Simulation& simulation, const std::string& kind) {
@@ -56,14 +67,16 @@ std::vector<Stamp> TruthStamps(const Simulation& simulation) {
   return stamps;
 }
 
-std::string GroundTruth(const Simulation& simulation, const std::vector<Stamp>& stamps) {
+// T_CI: pose of the camera of the images.
+std::string GroundTruth(const Simulation& simulation, const std::vector<Stamp>& stamps,
+                        const Pose& T_CI) {
   TextWriter out;
   out << "# ground truth, pose of the camera in the world\n# timestamp tx ty tz qx qy qz qw\n"
       << std::fixed << std::setprecision(9);
   for (const Stamp stamp : stamps) {
     out << FormatStamp(stamp);
-    const Pose T_WC = simulation.T_WC(stamp);
-    for (int j = 0; j < Pose::kSize; ++j) out << ' ' << T_WC.data()[j];
+    const Pose T_WI = simulation.T_WC(stamp) * T_CI;
+    for (int j = 0; j < Pose::kSize; ++j) out << ' ' << T_WI.data()[j];
     out << '\n';
   }
   return out.str();
@@ -107,10 +120,14 @@ std::string Calibration(const SimulationOptions& options) {
   return out.str();
 }
 
-std::string ErrorsYaml(const SimulationOptions& options) {
+// What is not in data sheets, as far as it is stated.
+std::string ErrorsYaml(const SimulationOptions& options, const TumOptions& stated) {
+  const std::string direction = stated.portrait ? "  direction: left\n" : "";
+  if (!stated.errors) return stated.portrait ? "colour:\n" + direction : "";
   TextWriter out;
   out << std::setprecision(std::numeric_limits<double>::digits10)
-      << "colour:\n  readout: " << options.readout << "\ndepth:\n  delay: " << options.depth_delay
+      << "colour:\n  readout: " << options.readout << "\n"
+      << direction << "depth:\n  delay: " << options.depth_delay
       << "\n  readout: " << options.depth_readout
       << "\n  inverse_offset: " << options.sensor.InverseDepthOffset() << "\n";
   const DepthPattern pattern = options.sensor.Pattern();
@@ -157,6 +174,7 @@ std::string SurfacePly(const Mesh& mesh) {
 
 void WriteTum(const Simulation& simulation, const fs::path& folder,
               const std::function<void(int, int)>& progress, const TumOptions& options) {
+  HIGHWALL_REQUIRE(!(options.portrait && options.gps), "TumOptions: portrait excludes gps");
   AtomicFolder output(folder);
   const fs::path& root = output.temporary();
   for (const char* kind : {"rgb", "depth"}) {
@@ -164,10 +182,12 @@ void WriteTum(const Simulation& simulation, const fs::path& folder,
     WriteBytes(root / (std::string(kind) + ".txt"), ImageList(simulation, kind));
   }
   const std::vector<Stamp> stamps = TruthStamps(simulation);
-  WriteBytes(root / "groundtruth.txt", GroundTruth(simulation, stamps));
-  std::string calibration = Calibration(simulation.options());
+  WriteBytes(root / "groundtruth.txt", GroundTruth(simulation, stamps, options.portrait ? PortraitPose() : Pose()));
+  const SimulationOptions stated =
+      options.portrait ? Portrait(simulation.options()) : simulation.options();
+  std::string calibration = Calibration(stated);
   if (simulation.options().imu.enabled) {
-    calibration += ImuCalibrationYaml(simulation.options().imu);
+    calibration += ImuCalibrationYaml(stated.imu);
     WriteBytes(root / "imu.csv", ImuCsv(simulation.ImuSamples()));
     WriteBytes(root / "groundtruth_state.csv", StateCsv(simulation, stamps));
   }
@@ -176,7 +196,7 @@ void WriteTum(const Simulation& simulation, const fs::path& folder,
     WriteBytes(root / "gps.csv", GpsCsv(simulation, *options.gps));
     WriteBytes(root / "groundtruth_gps.txt", GpsAlignmentText(simulation));
   }
-  if (options.errors) calibration += ErrorsYaml(simulation.options());
+  calibration += ErrorsYaml(simulation.options(), options);
   WriteBytes(root / "calibration.yaml", calibration);
   WriteBytes(root / "stretches.csv", StretchesCsv(simulation));
   WriteBytes(root / "surface.ply", SurfacePly(simulation.scene().mesh));
@@ -185,7 +205,7 @@ void WriteTum(const Simulation& simulation, const fs::path& folder,
   std::mutex progress_mutex;
   int done = 0;
   ParallelFor(simulation.size(), 0, [&](int i) {
-    WriteFrame(root, simulation.Render(i, 1), DepthFactor(simulation.options()));
+    WriteFrame(root, simulation.Render(i, 1), DepthFactor(stated), options.portrait);
     const std::scoped_lock lock(progress_mutex);
     ++done;
     if (progress) progress(done, simulation.size());

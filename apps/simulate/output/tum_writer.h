@@ -17,6 +17,7 @@ struct TumOptions {
   // calibration.yaml contains the read-outs, and the delay and the offset of depth, which are
   // unknown to a user who only has the data sheets.
   bool errors = false;
+  bool portrait = false;            // images turned as Portrait() describes; not with gps
   std::optional<GpsOptions> gps{};  // writes gps.csv and groundtruth_gps.txt
 };
 
