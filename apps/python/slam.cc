@@ -103,12 +103,18 @@ SlamCallbacks MakeCallbacks(const CallGate& gate, const OptionalFunction& on_key
 }
 
 void BindSensor(py::module_& module) {
+  py::enum_<ReadoutDirection>(module, "ReadoutDirection", "Where the read-out of images goes.")
+      .value("DOWN", ReadoutDirection::kDown)
+      .value("UP", ReadoutDirection::kUp)
+      .value("RIGHT", ReadoutDirection::kRight)
+      .value("LEFT", ReadoutDirection::kLeft);
   py::class_<FrameTiming> timing(module, "FrameTiming", "When the rows of images are taken [s].");
   KeywordConstructor<FrameTiming>(timing);
   timing.def_readwrite("colour_readout", &FrameTiming::colour_readout, "From first row to last.")
       .def_readwrite("depth_readout", &FrameTiming::depth_readout, "From first row to last.")
       .def_readwrite("depth_delay", &FrameTiming::depth_delay,
-                     "By which depth is later than the stamps say.");
+                     "By which depth is later than the stamps say.")
+      .def_readwrite("direction", &FrameTiming::direction, "From the first row to the last.");
   py::class_<RgbdSensor> sensor(module, "RgbdSensor",
                                 "An RGB-D camera whose depth is registered to its colour.");
   KeywordConstructor<RgbdSensor>(sensor);

@@ -119,9 +119,11 @@ bool IsMeasured(const Measured& entry) {
 void WriteErrors(const RgbdSensor& sensor, const CalibrationSigma& sigma, YAML::Emitter* out) {
   const FrameTiming& timing = sensor.timing;
   const Measured readout{"readout", timing.colour_readout, sigma.timing.colour_readout};
-  if (IsMeasured(readout)) {
+  const bool is_turned = timing.direction != ReadoutDirection::kDown;
+  if (IsMeasured(readout) || is_turned) {
     *out << YAML::Key << "colour" << YAML::Value << YAML::BeginMap;
     Write(readout, out);
+    if (is_turned) *out << YAML::Key << "direction" << YAML::Value << ToString(timing.direction);
     *out << YAML::EndMap;
   }
   const Measured depth[] = {

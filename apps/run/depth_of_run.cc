@@ -40,12 +40,15 @@ DepthPattern PatternOf(const nlohmann::json& report) {
   return pattern;
 }
 
+// Reports of older versions state no direction.
 FrameTiming TimingOf(const nlohmann::json& report) {
   const nlohmann::json value =
       report.value(JsonPlace("/frame_timing_s/value"), nlohmann::json::object());
   return {.colour_readout = value.value("colour_readout", 0.0),
           .depth_readout = value.value("depth_readout", 0.0),
-          .depth_delay = value.value("depth_delay", 0.0)};
+          .depth_delay = value.value("depth_delay", 0.0),
+          .direction = ReadoutDirectionOf(report.value(JsonPlace("/frame_timing_s/direction"), ""))
+                           .value_or(ReadoutDirection::kDown)};
 }
 
 }  // namespace

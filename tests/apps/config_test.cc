@@ -59,6 +59,7 @@ TEST(Config, ReadsWhenTheRowsOfTheImagesAreTaken) {
                       "colour: {readout: 0.026}\ndepth: {delay: -0.004, readout: 0.01, "
                       "inverse_offset: -0.0065}\n");
   const FrameTiming timing = ReadSensor(path).sensor.timing;
+  EXPECT_EQ(timing.direction, ReadoutDirection::kDown);
   EXPECT_EQ(timing.colour_readout, 0.026);
   EXPECT_EQ(timing.depth_readout, 0.01);
   EXPECT_EQ(timing.depth_delay, -0.004);
@@ -86,6 +87,11 @@ TEST(Config, ReadsWhenTheRowsOfTheImagesAreTaken) {
   says("depth_range:\n  max: 0.01\n", ":4: depth_range: max must exceed");
   WriteText(path, start + "colour: {readout: -0.01}\n");
   EXPECT_THROW(ReadSensor(path), IoError);
+  WriteText(path, start + "colour: {direction: left}\n");
+  EXPECT_EQ(ReadSensor(path).sensor.timing.direction, ReadoutDirection::kLeft);
+  says(
+      "colour:\n  direction: sideways\n",
+      ":4: 'direction' must be down, up, right or left: where the read-out goes, found 'sideways'");
   WriteText(path, start + "colour: {read_out: 0.01}\n");
   EXPECT_THROW(ReadSensor(path), IoError);
 }

@@ -116,6 +116,13 @@ TEST(Record3d, TurnsThePosesOfArkitForwardAndLeavesLostOnesOut) {
   EXPECT_TRUE(dataset.groundtruth()->at(0).pose.R().isApprox(first, 1e-12));
 }
 
+TEST(Record3d, UprightImagesAreReadFromRightToLeft) {
+  const TemporaryDirectory folder;
+  WriteRecord3d(folder.path(), "");
+  EXPECT_EQ(Record3dDataset(folder.path()).calibration()->sensor.timing.direction,
+            ReadoutDirection::kLeft);
+}
+
 TEST(Record3d, WithoutStampsTheStatedRateSpacesTheFrames) {
   const TemporaryDirectory folder;
   WriteRecord3d(folder.path(), "");

@@ -21,6 +21,9 @@ using testing::SyntheticView;
 // A fast hand-held motion: 0.6 m/s and 80 degrees a second.
 const Twist kMotion{.v = {0.5, -0.3, 0.2}, .omega = {0.6, 1.2, -0.4}};
 
+constexpr ReadoutDirection kDirections[] = {ReadoutDirection::kDown, ReadoutDirection::kUp,
+                                            ReadoutDirection::kRight, ReadoutDirection::kLeft};
+
 // Depth of the plane n^T p = d from a camera that has moved by T since.
 class Plane {
  public:
@@ -51,19 +54,30 @@ TEST(Twist, FlowIsTheVelocityOfAPointAtRest) {
   EXPECT_LT((kMotion.Flow(p_C) - flow).norm(), 1e-8);
 }
 
-TEST(DepthAtTime, LateDepthBecomesThatOfTheMiddleRow) {
-  const PinholeCamera camera;
+TEST(RowTime, RunsFromTheFirstPixelOfItsDirection) {
+  const PinholeCamera camera{.width = 100, .height = 80};
+  const Eigen::Vector2d uv(20.0, 60.0);
+  EXPECT_EQ(RowTime(uv, camera, ReadoutDirection::kDown), 0.25);
+  EXPECT_EQ(RowTime(uv, camera, ReadoutDirection::kUp), 19.0 / 80.0 - 0.5);
+  EXPECT_EQ(RowTime(uv, camera, ReadoutDirection::kRight), -0.3);
+  EXPECT_EQ(RowTime(uv, camera, ReadoutDirection::kLeft), 0.79 - 0.5);
+}
+
+class DepthAtTimeOfDirection : public ::testing::TestWithParam<ReadoutDirection> {};
+
+TEST_P(DepthAtTimeOfDirection, LateDepthBecomesThatOfTheMiddleRow) {
+  const PinholeCamera camera{.fx = 525.0, .fy = 535.0, .cx = 310.0};
   constexpr double kDelay = 0.02, kReadout = 0.03;  // [s]
   const Plane plane;
   cv::Mat late(camera.height, camera.width, CV_32FC1), truth = late.clone();
   for (int v = 0; v < camera.height; ++v) {
-    const Pose T = kMotion.Over(kDelay + kReadout * RowTime(v, camera.height));
     for (int u = 0; u < camera.width; ++u) {
+      const Pose T = kMotion.Over(kDelay + kReadout * RowTime({u, v}, camera, GetParam()));
       late.at<float>(v, u) = static_cast<float>(plane.Depth(camera, T, u, v));
       truth.at<float>(v, u) = static_cast<float>(plane.Depth(camera, Pose(), u, v));
     }
   }
-  const cv::Mat moved = DepthAtTime(late, camera, kMotion, kDelay, kReadout);
+  const cv::Mat moved = DepthAtTime(late, camera, kMotion, kDelay, kReadout, GetParam());
   const cv::Rect inner(60, 60, camera.width - 120, camera.height - 120);
   double before = 0.0, after = 0.0;
   for (int v = inner.y; v < inner.br().y; ++v) {
@@ -78,6 +92,8 @@ TEST(DepthAtTime, LateDepthBecomesThatOfTheMiddleRow) {
   EXPECT_LT(after, 5e-3);
   EXPECT_GT(before, 30e-3);
 }
+
+INSTANTIATE_TEST_SUITE_P(Directions, DepthAtTimeOfDirection, ::testing::ValuesIn(kDirections));
 
 TEST(DepthAtTime, UnmeasuredPixelsStaySoAndWithoutMotionNothingChanges) {
   const PinholeCamera camera{.width = 64, .height = 48, .fx = 50, .fy = 50, .cx = 31, .cy = 23};
@@ -94,13 +110,14 @@ TEST(DepthAtTime, UnmeasuredPixelsStaySoAndWithoutMotionNothingChanges) {
 // Returns the view of a rolling shutter that is read out over `readout` while the camera moves by
 // kMotion: the row gives the time, and the time the point's position, which a few iterations make
 // consistent.
-SyntheticView SeenByRows(const Scene& scene, const RgbdSensor& sensor, double readout) {
+SyntheticView SeenByRows(const Scene& scene, const RgbdSensor& sensor, double readout,
+                         ReadoutDirection direction = ReadoutDirection::kDown) {
   SyntheticView view = Look(scene, sensor, Pose());
   auto seen = std::make_shared<FrameFeatures>(*view.features);
   const auto see = [&](const Eigen::Vector3d& p_C, Eigen::Vector2d uv) {
     Eigen::Vector3d p;
     for (int round = 0; round < 30; ++round) {
-      p = kMotion.Over(readout * RowTime(uv.y(), sensor.camera.height)).Inverse() * p_C;
+      p = kMotion.Over(readout * RowTime(uv, sensor.camera, direction)).Inverse() * p_C;
       uv = sensor.camera.Project(p);
     }
     return p;
@@ -143,6 +160,21 @@ TEST(CompensatedToMiddleRow, FeaturesAreWhereOneMomentWouldHaveSeenThem) {
     EXPECT_LT((a.segment.e - b.segment.e).norm(), 1e-4F);
     EXPECT_LT((a.segment_C->p_C - b.segment_C->p_C).norm(), 1e-6);
     EXPECT_LT((a.segment_C->q_C - b.segment_C->q_C).norm(), 1e-6);
+  }
+}
+
+TEST(CompensatedToMiddleRow, FollowsTheDirectionOfTheReadout) {
+  const RgbdSensor sensor = testing::IdealSensor();
+  const Scene scene = MakeScene(3, 300, 0);
+  const SyntheticView truth = Look(scene, sensor, Pose());
+  for (const ReadoutDirection direction : kDirections) {
+    const SyntheticView seen = SeenByRows(scene, sensor, 0.03, direction);
+    const auto moved =
+        CompensatedToMiddleRow(*seen.features, sensor.camera, 0.03, kMotion, direction);
+    for (std::size_t i = 0; i < moved->points.size(); ++i) {
+      ASSERT_LT((moved->points[i].uv - truth.features->points[i].uv).norm(), 1e-9)
+          << ToString(direction);
+    }
   }
 }
 

@@ -30,7 +30,7 @@ class TrackerTiming : public TrackerTest {
  protected:
   // Returns frame i of a rolling shutter with readout kReadout, with the motion from the previous
   // frame.
-  SyntheticView SeenByRows(int i) const {
+  SyntheticView SeenByRows(int i, ReadoutDirection direction = ReadoutDirection::kDown) const {
     const RgbdSensor sensor = IdealSensor();
     SyntheticView view = Look(scene, sensor, PoseOfFrame(i),
                               {.px = 0.5, .depth = true, .seed = static_cast<unsigned>(i)});
@@ -38,7 +38,8 @@ class TrackerTiming : public TrackerTest {
     const Twist motion = Twist::Between(PoseOfFrame(i - 1).Inverse() * PoseOfFrame(i), dt);
     // Backwards in time: the observation is that of one instant moved to the rows, to a tenth of a
     // pixel.
-    view.features = CompensatedToMiddleRow(*view.features, sensor.camera, -kReadout, motion);
+    view.features =
+        CompensatedToMiddleRow(*view.features, sensor.camera, -kReadout, motion, direction);
     return view;
   }
 
@@ -76,11 +77,11 @@ class TrackerTiming : public TrackerTest {
   }
 
   // Tracks 240 frames and returns the RMS position error [m] of the last 60.
-  double Follow(TrackerInSystem& tracker) {
+  double Follow(TrackerInSystem& tracker, ReadoutDirection direction = ReadoutDirection::kDown) {
     Start(tracker, PoseOfFrame(0));
     double sum = 0.0;
     for (int i = 1; i < 240; ++i) {
-      const TrackedFrame tracked = Track(tracker, SeenByRows(i), i);
+      const TrackedFrame tracked = Track(tracker, SeenByRows(i, direction), i);
       EXPECT_EQ(tracked.state, TrackingState::kTracking) << i;
       if (i >= 180) sum += std::pow(PositionError(tracked.T_WC, PoseOfFrame(i)), 2);
     }
@@ -104,6 +105,18 @@ TEST_F(TrackerTiming, FindsTheReadoutAndItsPosesAreAsGoodAsWithTheKnownOne) {
   EXPECT_EQ(estimate.value.depth_delay, 0.0);
   EXPECT_GT(estimate.sigma.depth_delay, 5e-3);
   EXPECT_EQ(knowing.sensor.timing().colour_readout, kReadout);
+}
+
+TEST_F(TrackerTiming, FindsTheReadoutAlongTheColumnsOfATurnedImage) {
+  TrackerInSystem upright(model, {});
+  TrackerInSystem turned(model, {}, {.direction = ReadoutDirection::kLeft});
+  const double of_rows = Follow(upright), of_columns = Follow(turned, ReadoutDirection::kLeft);
+  // Each is some 0.1 mm, by the noise of one image; rows in place of columns are six times that.
+  EXPECT_LT(of_columns, 1.5 * of_rows);
+  const FrameTimingEstimate estimate = turned.sensor.timing_estimate();
+  EXPECT_EQ(estimate.value.direction, ReadoutDirection::kLeft);
+  EXPECT_NEAR(estimate.value.colour_readout, kReadout,
+              std::max(0.1 * kReadout, 3.0 * estimate.sigma.colour_readout));
 }
 
 TEST_F(TrackerTiming, ImagesOfOneTimeHaveNoReadout) {

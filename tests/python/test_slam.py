@@ -211,7 +211,8 @@ def test_what_an_extractor_raises_or_gives_wrongly_comes_out_of_track(sensor):
 def test_row_times_and_noise_are_estimated_online(sensor):
     assert hw.SlamSystem(sensor).sensor().noise.point_px.shape == (16,)
     assert hw.SlamSystem(sensor).sensor().noise.refined_px.shape == (16,)
-    sensor.timing = hw.FrameTiming(colour_readout=0.02, depth_delay=-0.01)
+    left = hw.ReadoutDirection.LEFT
+    sensor.timing = hw.FrameTiming(colour_readout=0.02, depth_delay=-0.01, direction=left)
     slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
     before = slam.sensor().noise
     for image in moving_wall(sensor.camera, 25):
@@ -220,6 +221,7 @@ def test_row_times_and_noise_are_estimated_online(sensor):
     timing = slam.sensor().timing
     # A wall that passes at one speed reveals little of the read-out: it stays near its prior.
     assert abs(timing.value.colour_readout - 0.02) <= 3 * timing.sigma.colour_readout > 0
+    assert timing.value.direction == left
     noise = slam.sensor().noise
     # Depth is without error here: better than was known, down to what views share (docs/noise.md).
     assert noise.point_depth[2] < 0.9 * before.point_depth[2]

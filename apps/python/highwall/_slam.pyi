@@ -66,8 +66,10 @@ class FrameTiming:
     colour_readout: float
     depth_delay: float
     depth_readout: float
+    direction: ReadoutDirection
     def __init__(
-        self, *, colour_readout: float = ..., depth_delay: float = ..., depth_readout: float = ...
+        self, *, colour_readout: float = ..., depth_delay: float = ..., depth_readout: float = ...,
+        direction: ReadoutDirection = ...
     ) -> None: ...
 
 class FrameTimingEstimate:
@@ -138,6 +140,18 @@ class PointExtractor:
     ) -> None: ...
     @property
     def name(self) -> str: ...
+
+class ReadoutDirection:
+    __members__: ClassVar[Dict[str, ReadoutDirection]]
+    DOWN: ClassVar[ReadoutDirection]
+    LEFT: ClassVar[ReadoutDirection]
+    RIGHT: ClassVar[ReadoutDirection]
+    UP: ClassVar[ReadoutDirection]
+    @property
+    def name(self) -> str: ...
+    @property
+    def value(self) -> int: ...
+    def __int__(self) -> int: ...
 
 class RgbdImage:
     @property

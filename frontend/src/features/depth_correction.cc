@@ -29,7 +29,7 @@ cv::Mat DepthCorrection::Apply(const cv::Mat& depth, const PinholeCamera& camera
   const cv::Mat metric = pattern.IsZero() ? depth : MetricDepth(depth, 1.0, 0.0, pattern);
   if (!MovesRows()) return metric;
   return DepthAtTime(metric, camera, motion, timing.depth_delay,
-                     timing.depth_readout - timing.colour_readout);
+                     timing.depth_readout - timing.colour_readout, timing.direction);
 }
 
 }  // namespace highwall

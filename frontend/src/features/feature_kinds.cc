@@ -33,8 +33,8 @@ void CorrectDepth(const DepthFactor& factor, LineFeature* line) {
 void MoveFeature(const MovePoint& move, const PinholeCamera& camera, double mean_depth,
                  PointFeature* point) {
   const bool measured = HasDepth(*point);
-  const Eigen::Vector3d p_C = move(
-      point->uv.y(), camera.Unproject(point->uv, measured ? point->depth : mean_depth), measured);
+  const Eigen::Vector3d p_C =
+      move(point->uv, camera.Unproject(point->uv, measured ? point->depth : mean_depth), measured);
   if (!(p_C.z() >= kNear)) return;
   point->uv = camera.Project(p_C);
   if (measured) point->depth = p_C.z();
@@ -45,7 +45,7 @@ void MoveFeature(const MovePoint& move, const PinholeCamera& camera, double mean
   const auto move_end = [&](Eigen::Vector2f* end, Eigen::Vector3d* measured) {
     const Eigen::Vector2d uv = end->cast<double>();
     const Eigen::Vector3d p_C =
-        move(uv.y(), measured ? *measured : camera.Unproject(uv, mean_depth), measured != nullptr);
+        move(uv, measured ? *measured : camera.Unproject(uv, mean_depth), measured != nullptr);
     if (p_C.z() < kNear) return;
     *end = camera.Project(p_C).cast<float>();
     if (measured) *measured = p_C;

@@ -55,10 +55,10 @@ class DepthFactor {
 void CorrectDepth(const DepthFactor& factor, PointFeature* point);
 void CorrectDepth(const DepthFactor& factor, LineFeature* line);
 
-// Returns where a point p_C [m] observed in row v has moved. measured: whether its depth was
-// measured.
-using MovePoint =
-    std::function<Eigen::Vector3d(double v, const Eigen::Vector3d& p_C, bool measured)>;
+// Returns where a point p_C [m] observed at the undistorted pixel uv has moved. measured: whether
+// its depth was measured.
+using MovePoint = std::function<Eigen::Vector3d(const Eigen::Vector2d& uv,
+                                                const Eigen::Vector3d& p_C, bool measured)>;
 
 // Moves the points that a feature consists of. camera: without distortion. mean_depth: [m] of a
 // feature without depth.

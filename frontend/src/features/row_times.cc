@@ -124,13 +124,23 @@ std::shared_ptr<const FrameFeatures> Moved(const FrameFeatures& features,
   return moved;
 }
 
-}  // namespace
+// Camera and motion in the image mirrored at its diagonal, where x and y have changed places. An
+// angular velocity is an axial vector, which a mirror also reverses.
+PinholeCamera Transposed(PinholeCamera camera) {
+  std::swap(camera.width, camera.height);
+  std::swap(camera.fx, camera.fy);
+  std::swap(camera.cx, camera.cy);
+  return camera;
+}
 
-cv::Mat DepthAtTime(const cv::Mat& depth, const PinholeCamera& camera, const Twist& motion,
-                    double delay, double readout) {
-  HIGHWALL_REQUIRE(
-      depth.type() == CV_32FC1 && depth.cols == camera.width && depth.rows == camera.height,
-      "DepthAtTime: the depth image must be CV_32FC1 of the camera's size");
+Twist Transposed(const Twist& motion) {
+  const Eigen::Vector3d &v = motion.v, &omega = motion.omega;
+  return {.v = {v.y(), v.x(), v.z()}, .omega = {-omega.y(), -omega.x(), -omega.z()}};
+}
+
+// DepthAtTime() of an image that is read row by row, downwards or upwards.
+cv::Mat EarlierByRows(const cv::Mat& depth, const PinholeCamera& camera, const Twist& motion,
+                      double delay, double readout, bool upwards) {
   cv::Mat earlier(depth.size(), CV_32FC1);
   std::vector<float> columns_x;
   for (int u = 0; u < depth.cols; ++u) {
@@ -147,7 +157,7 @@ cv::Mat DepthAtTime(const cv::Mat& depth, const PinholeCamera& camera, const Twi
                                .cx = static_cast<float>(camera.cx),
                                .cy = static_cast<float>(camera.cy)};
   for (int v = 0; v < depth.rows; ++v) {
-    const double late = delay + RowTime(v, depth.rows) * readout;
+    const double late = delay + RowTime(upwards ? depth.rows - 1 - v : v, depth.rows) * readout;
     const Eigen::Vector3f rho = (late * motion.v).cast<float>();
     const Eigen::Vector3f theta = (late * motion.omega).cast<float>();
     ReadEarlierRow(
@@ -155,6 +165,20 @@ cv::Mat DepthAtTime(const cv::Mat& depth, const PinholeCamera& camera, const Twi
         {rho.x(), rho.y(), rho.z(), theta.x(), theta.y(), theta.z()}, earlier.ptr<float>(v));
   }
   return earlier;
+}
+
+}  // namespace
+
+cv::Mat DepthAtTime(const cv::Mat& depth, const PinholeCamera& camera, const Twist& motion,
+                    double delay, double readout, ReadoutDirection direction) {
+  HIGHWALL_REQUIRE(
+      depth.type() == CV_32FC1 && depth.cols == camera.width && depth.rows == camera.height,
+      "DepthAtTime: the depth image must be CV_32FC1 of the camera's size");
+  const bool back = direction == ReadoutDirection::kUp || direction == ReadoutDirection::kLeft;
+  if (direction == ReadoutDirection::kDown || direction == ReadoutDirection::kUp) {
+    return EarlierByRows(depth, camera, motion, delay, readout, back);
+  }
+  return EarlierByRows(depth.t(), Transposed(camera), Transposed(motion), delay, readout, back).t();
 }
 
 std::optional<double> DepthRate(const cv::Mat& depth_grid, const DepthGrid& grid,
@@ -182,9 +206,10 @@ std::optional<double> DepthRate(const cv::Mat& depth_grid, const DepthGrid& grid
 
 std::shared_ptr<const FrameFeatures> CompensatedToMiddleRow(const FrameFeatures& features,
                                                             const PinholeCamera& camera,
-                                                            double readout, const Twist& motion) {
-  return Moved(features, camera, [&](double v, const Eigen::Vector3d& p_C, bool) {
-    return motion.Over(readout * RowTime(v, camera.height)) * p_C;
+                                                            double readout, const Twist& motion,
+                                                            ReadoutDirection direction) {
+  return Moved(features, camera, [&](const Eigen::Vector2d& uv, const Eigen::Vector3d& p_C, bool) {
+    return motion.Over(readout * RowTime(uv, camera, direction)) * p_C;
   });
 }
 
@@ -195,8 +220,8 @@ bool Differ(const RowMotion& a, const RowMotion& b, const PinholeCamera& camera,
                         (late_b * b.motion.v - late_a * a.motion.v).norm() / depth);
   };
   return shift(0.5 * a.timing.colour_readout, 0.5 * b.timing.colour_readout) > kShows ||
-         shift(a.DepthLate(0.0, 1), b.DepthLate(0.0, 1)) > kShows ||
-         shift(a.DepthLate(1.0, 1), b.DepthLate(1.0, 1)) > kShows;
+         shift(a.DepthLate(-0.5), b.DepthLate(-0.5)) > kShows ||
+         shift(a.DepthLate(0.5), b.DepthLate(0.5)) > kShows;
 }
 
 double MedianDepth(const FrameFeatures& features) {
@@ -212,22 +237,23 @@ std::shared_ptr<const FrameFeatures> MovedOtherwise(const FrameFeatures& feature
                                                     const PinholeCamera& camera,
                                                     const DepthGrid& grid, const RowMotion& assumed,
                                                     const RowMotion& found) {
-  return Moved(features, camera, [&](double v, const Eigen::Vector3d& p_C, bool measured) {
-    const double row_time = RowTime(v, camera.height);
-    Eigen::Vector3d seen =
-        assumed.motion.Over(assumed.timing.colour_readout * row_time).Inverse() * p_C;
-    if (measured) {
-      const double before = assumed.DepthLate(v, camera.height);
-      const double after = found.DepthLate(v, camera.height);
-      // The rate is linear in the motion. At an edge the surface is assumed to face the camera.
-      const Twist more{after * found.motion.v - before * assumed.motion.v,
-                       after * found.motion.omega - before * assumed.motion.omega};
-      const double change =
-          DepthRate(features.depth_grid, grid, p_C, more).value_or(more.Flow(p_C).z());
-      seen *= std::max(0.5, 1.0 - change / seen.z());
-    }
-    return (found.motion.Over(found.timing.colour_readout * row_time) * seen).eval();
-  });
+  const ReadoutDirection direction = found.timing.direction;
+  return Moved(
+      features, camera, [&](const Eigen::Vector2d& uv, const Eigen::Vector3d& p_C, bool measured) {
+        const double row_time = RowTime(uv, camera, direction);
+        Eigen::Vector3d seen =
+            assumed.motion.Over(assumed.timing.colour_readout * row_time).Inverse() * p_C;
+        if (measured) {
+          const double before = assumed.DepthLate(row_time), after = found.DepthLate(row_time);
+          // The rate is linear in the motion. At an edge the surface is assumed to face the camera.
+          const Twist more{after * found.motion.v - before * assumed.motion.v,
+                           after * found.motion.omega - before * assumed.motion.omega};
+          const double change =
+              DepthRate(features.depth_grid, grid, p_C, more).value_or(more.Flow(p_C).z());
+          seen *= std::max(0.5, 1.0 - change / seen.z());
+        }
+        return (found.motion.Over(found.timing.colour_readout * row_time) * seen).eval();
+      });
 }
 
 }  // namespace highwall

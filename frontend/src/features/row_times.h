@@ -23,11 +23,28 @@ inline double RowTime(double v, int height) {
   return v / height - 0.5;
 }
 
-// Returns the depth image that the sensor would have measured `delay` + RowTime(v) * readout [s]
+// The same of the row of the sensor that pixel uv belongs to.
+inline double RowTime(const Eigen::Vector2d& uv, const PinholeCamera& camera,
+                      ReadoutDirection direction) {
+  switch (direction) {
+    case ReadoutDirection::kDown:
+      break;
+    case ReadoutDirection::kUp:
+      return RowTime(camera.height - 1 - uv.y(), camera.height);
+    case ReadoutDirection::kRight:
+      return RowTime(uv.x(), camera.width);
+    case ReadoutDirection::kLeft:
+      return RowTime(camera.width - 1 - uv.x(), camera.width);
+  }
+  return RowTime(uv.y(), camera.height);
+}
+
+// Returns the depth image that the sensor would have measured `delay` + RowTime * readout [s]
 // earlier, to first order in the motion, each reading from the nearest pixel. depth: CV_32FC1 [m]
 // of the camera's size, else throws InvalidArgument; camera: its distortion is ignored.
 cv::Mat DepthAtTime(const cv::Mat& depth, const PinholeCamera& camera, const Twist& motion,
-                    double delay, double readout);
+                    double delay, double readout,
+                    ReadoutDirection direction = ReadoutDirection::kDown);
 
 // Rate [m/s] at which the depth reading in the pixel of p_C changes while the camera moves,
 // including the slope of the surface. depth_grid: of the frame, as DepthGrid::Sample(). Empty at an
@@ -40,18 +57,18 @@ std::optional<double> DepthRate(const cv::Mat& depth_grid, const DepthGrid& grid
 // constrains the camera pose moved by its twist, and vice versa. Features without depth move as if
 // at the mean inverse depth of the others, or far away if there is none. camera: without
 // distortion.
-std::shared_ptr<const FrameFeatures> CompensatedToMiddleRow(const FrameFeatures& features,
-                                                            const PinholeCamera& camera,
-                                                            double readout, const Twist& motion);
+std::shared_ptr<const FrameFeatures> CompensatedToMiddleRow(
+    const FrameFeatures& features, const PinholeCamera& camera, double readout, const Twist& motion,
+    ReadoutDirection direction = ReadoutDirection::kDown);
 
 // Timing and motion by which the rows of an image were compensated.
 struct RowMotion {
   FrameTiming timing;  // including the delay by the stamp of its depth image
   Twist motion;
 
-  // [s] by which the reading in row v is later than the colour of its pixel.
-  double DepthLate(double v, int height) const {
-    return timing.depth_delay + (timing.depth_readout - timing.colour_readout) * RowTime(v, height);
+  // [s] by which a reading is later than the colour of its pixel. row_time: its RowTime().
+  double DepthLate(double row_time) const {
+    return timing.depth_delay + (timing.depth_readout - timing.colour_readout) * row_time;
   }
 };
 

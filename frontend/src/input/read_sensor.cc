@@ -101,7 +101,14 @@ void ReadDepthRangeSection(YamlReader& section, RgbdSensor* sensor) {
 
 // Reads errors of a camera that are not in its data sheet.
 void ReadErrorSections(YamlReader& file, RgbdSensor* sensor) {
-  file.Section("colour").Read("readout", &sensor->timing.colour_readout);
+  YamlReader& colour = file.Section("colour");
+  colour.Read("readout", &sensor->timing.colour_readout);
+  colour.Read("direction", "down, up, right or left: where the read-out goes",
+              [sensor](const std::string& name) {
+                const auto direction = ReadoutDirectionOf(name);
+                if (direction) sensor->timing.direction = *direction;
+                return direction.has_value();
+              });
   YamlReader& depth = file.Section("depth");
   depth.Read("readout", &sensor->timing.depth_readout);
   depth.Read("delay", &sensor->timing.depth_delay);

@@ -62,6 +62,11 @@ FrameList ReadRecord3d(const std::filesystem::path& folder) {
   if (!truth.empty()) list.groundtruth = std::move(truth);
   list.calibration =
       PhoneCalibration(metadata.cameras.empty() ? metadata.camera : MedianCamera(metadata.cameras));
+  // The images of a phone held upright are those of its sensor, turned clockwise.
+  RgbdSensor& sensor = list.calibration->sensor;
+  if (sensor.camera.height > sensor.camera.width) {
+    sensor.timing.direction = ReadoutDirection::kLeft;
+  }
   list.imu_file = FindImuFile(folder);
   return list;
 }

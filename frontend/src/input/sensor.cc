@@ -81,6 +81,28 @@ void RequirePossibleLens(const PinholeCamera& camera) {
 
 }  // namespace
 
+const char* ToString(ReadoutDirection direction) {
+  switch (direction) {
+    case ReadoutDirection::kDown:
+      return "down";
+    case ReadoutDirection::kUp:
+      return "up";
+    case ReadoutDirection::kRight:
+      return "right";
+    case ReadoutDirection::kLeft:
+      return "left";
+  }
+  return "";
+}
+
+std::optional<ReadoutDirection> ReadoutDirectionOf(std::string_view name) {
+  for (const auto direction : {ReadoutDirection::kDown, ReadoutDirection::kUp,
+                               ReadoutDirection::kRight, ReadoutDirection::kLeft}) {
+    if (name == ToString(direction)) return direction;
+  }
+  return std::nullopt;
+}
+
 void FrameTiming::Validate() const {
   RequireNotNegativeFinite(colour_readout, "FrameTiming::colour_readout");
   RequireNotNegativeFinite(depth_readout, "FrameTiming::depth_readout");

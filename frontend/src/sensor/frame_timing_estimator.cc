@@ -30,8 +30,11 @@ Eigen::Vector3d AsVector(const FrameTiming& timing) {
   return {timing.colour_readout, timing.depth_readout, timing.depth_delay};
 }
 
-FrameTiming AsTiming(const Eigen::Vector3d& vector) {
-  return {.colour_readout = vector[0], .depth_readout = vector[1], .depth_delay = vector[2]};
+FrameTiming AsTiming(const Eigen::Vector3d& vector, ReadoutDirection direction) {
+  return {.colour_readout = vector[0],
+          .depth_readout = vector[1],
+          .depth_delay = vector[2],
+          .direction = direction};
 }
 
 }  // namespace
@@ -54,14 +57,15 @@ FrameTimingEstimator::Matrix FrameTimingEstimator::Covariance() const {
 
 FrameTimingEstimate FrameTimingEstimator::estimate() const {
   const Vector sigma = Covariance().diagonal().cwiseSqrt();
-  return {.value = AsTiming(estimate_), .sigma = AsTiming(sigma)};
+  return {.value = AsTiming(estimate_, timing_.direction),
+          .sigma = AsTiming(sigma, timing_.direction)};
 }
 
 FrameTimingEstimator::Matrix FrameTimingEstimator::Shift(const PointFeature& feature,
                                                          const cv::Mat& depth_grid,
                                                          const Twist& motion) const {
   const Eigen::Vector3d p_C = camera_.Unproject(feature.uv, feature.depth);
-  const double row_time = RowTime(feature.uv.y(), camera_.height);
+  const double row_time = RowTime(feature.uv, camera_, timing_.direction);
   // The depth reading alone moves the point along its ray.
   const double rate = DepthRate(depth_grid, grid_, p_C, motion).value_or(0.0);
   const Eigen::Vector3d reading = -rate / p_C.z() * p_C;
@@ -144,7 +148,8 @@ void FrameTimingEstimator::Add(const View& view, const Map& map, const Twist& mo
                   .cwiseMax(kLeastTiming)
                   .cwiseMin(kMostTiming);
   const Eigen::Array3d uncertainty = kConfidence * covariance.diagonal().array().sqrt();
-  timing_ = AsTiming(((estimate_ - known_).array().abs() > uncertainty).select(estimate_, known_));
+  timing_ = AsTiming(((estimate_ - known_).array().abs() > uncertainty).select(estimate_, known_),
+                     timing_.direction);
 }
 
 }  // namespace highwall

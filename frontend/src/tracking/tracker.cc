@@ -57,8 +57,8 @@ TrackingResult Tracker::Track(const Frame& seen, const Map& map,
   if (const auto times = sensor_.TimingOf(seen); was_tracking && times) {
     moved_by_ = {*times, expected};
     if (times->colour_readout > 0.0) {
-      frame.features =
-          CompensatedToMiddleRow(*frame.features, model_.camera(), times->colour_readout, expected);
+      frame.features = CompensatedToMiddleRow(*frame.features, model_.camera(),
+                                              times->colour_readout, expected, times->direction);
     }
   }
   const TrackingQuery query{frame, map, known};

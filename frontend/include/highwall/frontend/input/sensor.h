@@ -17,12 +17,22 @@
 
 namespace [[gnu::visibility("default")]] highwall {
 
+// Where the read-out of both images goes. Rows of the sensor are columns of an image that is stored
+// turned by a quarter, as by a phone held upright: kLeft where it is turned clockwise.
+enum class ReadoutDirection { kDown, kUp, kRight, kLeft };
+
+// "down", "up", "right" or "left", the names in a calibration.yaml.
+const char* ToString(ReadoutDirection direction);
+// Returns the direction of this name; empty for any other.
+std::optional<ReadoutDirection> ReadoutDirectionOf(std::string_view name);
+
 // Read-out timing of the rows of both images (docs/row_times.md). The time of an image is that of
 // its middle row; the read-out lasts from the first row to the last, 0 for a global shutter.
 struct FrameTiming {
   double colour_readout = 0.0;  // [s] >= 0
   double depth_readout = 0.0;   // [s] >= 0
   double depth_delay = 0.0;     // [s] by which depth is later than the stamps of the images say
+  ReadoutDirection direction = ReadoutDirection::kDown;  // from the first row to the last
 
   // Throws InvalidArgument naming the field.
   void Validate() const;
@@ -111,7 +121,7 @@ struct SensorCalibration {
 //   depth_range: {min: 0.4, max: 10}   # [m] optional
 //   depth_noise: {offset: 0.0012, quadratic: 0.0019, reference: 0.4}   # optional: that of a Kinect
 //   depth_noise: {baseline: 0.05, focal: 385, subpixel: 0.08}   # or that of DepthNoise::Stereo()
-//   colour: {readout: 0.025}           # [s] optional: FrameTiming
+//   colour: {readout: 0.025, direction: left}   # [s] optional: FrameTiming; down, up, right, left
 //   depth: {delay: 0, readout: 0.025, inverse_offset: 0,   # [s, s, 1/m] optional: RgbdSensor
 //           pattern: [20 numbers]}                         # [1/m] DepthPattern, row by row
 //   depth_camera: {width, height, fx, fy, cx, cy, k1 and so on, T_CD: [16 numbers, row by row]}
