@@ -106,8 +106,12 @@ class FrameSource {
     if (!image) return std::nullopt;
     const cv::Mat depth =
         depth_of_run_ ? depth_of_run_->Correct(*image, sensor_.camera) : image->depth;
-    return KeyframeImage{static_cast<std::int64_t>(i), image->stamp, depth, image->bgr,
-                         frames_[i].T_WC};
+    return KeyframeImage{.id = static_cast<std::int64_t>(i),
+                         .stamp = image->stamp,
+                         .depth = depth,
+                         .bgr = image->bgr,
+                         .T_WC = frames_[i].T_WC,
+                         .noise_factor = image->noise_factor};
   }
 
   const Dataset& dataset_;

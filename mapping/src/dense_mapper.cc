@@ -34,6 +34,11 @@ void Validate(const KeyframeView& view) {
       !masked || (view.dynamic->type() == CV_8UC1 && view.dynamic->size() == view.depth->size()),
       "DenseMapper::Apply: the dynamic mask" + of +
           " is no CV_8UC1 image of the size of the depth");
+  const auto& factor = view.noise_factor;
+  HIGHWALL_REQUIRE(!factor || factor->empty() ||
+                       (factor->type() == CV_32FC1 && factor->size() == view.depth->size()),
+                   "DenseMapper::Apply: the noise factor" + of +
+                       " is no CV_32FC1 image of the size of the depth");
 }
 
 // Its pixels are not this mapper's to change.
@@ -43,7 +48,8 @@ KeyframeImage WithoutDynamicObjects(const KeyframeView& view) {
                       .depth = *view.depth,
                       .bgr = view.bgr ? *view.bgr : cv::Mat(),
                       .T_WC = view.place.T_WC,
-                      .layer = view.place.world};
+                      .layer = view.place.world,
+                      .noise_factor = view.noise_factor ? *view.noise_factor : cv::Mat()};
   if (view.dynamic && !view.dynamic->empty()) {
     image.depth = image.depth.clone();
     image.depth.setTo(0.0, *view.dynamic);
@@ -76,7 +82,8 @@ struct DenseMapper::Impl {
         filter(camera, options.cloud.voxel_size) {
     if (!options.background) return;
     worker.emplace(
-        options.backlog, [this] { return Follow(kSlice); }, ThreadLabel{"dense mapping", profile, ThreadPriority::kBackground});
+        options.backlog, [this] { return Follow(kSlice); },
+        ThreadLabel{"dense mapping", profile, ThreadPriority::kBackground});
   }
 
   // Runs `work` on the worker's thread, or here if there is no worker.

@@ -18,7 +18,8 @@ DepthFilter::DepthFilter(const DepthCamera& camera, double voxel_size)
 
 std::optional<KeyframeImage> DepthFilter::Push(KeyframeImage next) {
   unprojector_.RequireDepth(next.depth);
-  next.depth = SmoothDepth(next.depth, camera_.pinhole.fx, camera_.sigma, smoothing_);
+  next.depth =
+      SmoothDepth(next.depth, camera_.pinhole.fx, camera_.sigma, smoothing_, next.noise_factor);
   held_.push_back({std::move(next)});
   std::optional<KeyframeImage> out = TakeOut(1);
   if (held_.size() > 2) held_.pop_front();

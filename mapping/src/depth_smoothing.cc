@@ -27,19 +27,23 @@ std::size_t TableIndex(float z) {
   return static_cast<std::size_t>(z / kTableStep);
 }
 
+// Returns the window for a depth z [m] with the standard deviation s [m].
+Window MakeWindow(double z, double s, double focal, const DepthSmoothingOptions& options) {
+  // The mean of n independent depths has the standard deviation sigma / sqrt(n), and a window has
+  // (2 r / grain)^2 of them.
+  const double wanted =
+      s > options.target_sigma ? 0.5 * options.grain * s / options.target_sigma : 0.0;
+  const double allowed = std::max(options.max_extent, s) * focal / z;
+  const double radius = std::min({wanted, allowed, static_cast<double>(options.max_radius)});
+  return {static_cast<int>(radius), static_cast<float>(options.gate * s / (z * z))};
+}
+
 std::vector<Window> MakeTable(float farthest, double focal, const DepthSigma& sigma,
                               const DepthSmoothingOptions& options) {
   std::vector<Window> table(TableIndex(farthest) + 1);
   for (std::size_t i = 0; i < table.size(); ++i) {
     const double z = (static_cast<double>(i) + 0.5) * kTableStep;
-    const double s = sigma(z);
-    // The mean of n independent depths has the standard deviation sigma / sqrt(n), and a window has
-    // (2 r / grain)^2 of them.
-    const double wanted =
-        s > options.target_sigma ? 0.5 * options.grain * s / options.target_sigma : 0.0;
-    const double allowed = std::max(options.max_extent, s) * focal / z;
-    const double radius = std::min({wanted, allowed, static_cast<double>(options.max_radius)});
-    table[i] = {static_cast<int>(radius), static_cast<float>(options.gate * s / (z * z))};
+    table[i] = MakeWindow(z, sigma(z), focal, options);
   }
   return table;
 }
@@ -84,11 +88,14 @@ void DepthSmoothingOptions::Validate() const {
 }
 
 cv::Mat SmoothDepth(const cv::Mat& depth, double focal, const DepthSigma& sigma,
-                    const DepthSmoothingOptions& options) {
+                    const DepthSmoothingOptions& options, const cv::Mat& noise_factor) {
   options.Validate();
   RequirePositive(focal, "focal");
   if (depth.empty()) return depth;
   HIGHWALL_REQUIRE(depth.type() == CV_32FC1, "a depth image is CV_32FC1, in metres");
+  HIGHWALL_REQUIRE(noise_factor.empty() ||
+                       (noise_factor.type() == CV_32FC1 && noise_factor.size() == depth.size()),
+                   "the factors on its noise are CV_32FC1 of the size of the depth image");
   cv::Mat inverse(depth.size(), CV_32FC1);
   float farthest = 0.0f;
   for (int v = 0; v < depth.rows; ++v) {
@@ -104,7 +111,10 @@ cv::Mat SmoothDepth(const cv::Mat& depth, double focal, const DepthSigma& sigma,
   for (int v = 0; v < depth.rows; ++v) {
     for (int u = 0; u < depth.cols; ++u) {
       if (inverse.at<float>(v, u) == 0.0f) continue;
-      const Window& window = table[TableIndex(depth.at<float>(v, u))];
+      const float z = depth.at<float>(v, u);
+      const float factor = noise_factor.empty() ? 1.0f : noise_factor.at<float>(v, u);
+      const Window window =
+          factor == 1.0f ? table[TableIndex(z)] : MakeWindow(z, factor * sigma(z), focal, options);
       if (window.radius > 0) smooth.at<float>(v, u) = 1.0f / WindowMean(inverse, u, v, window);
     }
   }

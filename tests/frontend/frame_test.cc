@@ -162,6 +162,41 @@ TEST(FrameBuilder, DepthNoiseGrowsWithTheSpreadAroundACorner) {
   }
 }
 
+TEST(FrameBuilder, DepthNoiseGrowsWithTheFactorOfItsReading) {
+  RgbdImage image = Boxes();
+  const auto build = [](const RgbdImage& of) {
+    return FrameBuilder(SmallSensor(), {}, nullptr, nullptr, true, 0.0).Build(of);
+  };
+  const auto usual = build(image);
+  image.noise_factor = cv::Mat(240, 320, CV_32FC1, cv::Scalar(1.0));
+  image.noise_factor.colRange(160, 320).setTo(2.0);
+  const auto features = build(image);
+  ASSERT_EQ(features->points.size(), usual->points.size());
+  for (std::size_t i = 0; i < features->points.size(); ++i) {
+    const PointFeature& point = features->points[i];
+    const double factor = std::lround(point.pixel.x()) >= 160 ? 2.0 : 1.0;
+    EXPECT_DOUBLE_EQ(point.depth_sigma, factor * usual->points[i].depth_sigma);
+  }
+  int doubled = 0;
+  for (std::size_t i = 0; i < features->lines.size(); ++i) {
+    const auto &line = features->lines[i].segment_C, &before = usual->lines[i].segment_C;
+    const LineSegment& segment = features->lines[i].segment;
+    if (!line || !before || std::min(segment.s.x(), segment.e.x()) < 164.0F) continue;
+    // The plane is exact: all readings are inliers of the same fit.
+    EXPECT_NEAR(line->sigma_p, 2.0 * before->sigma_p, 1e-6 * before->sigma_p);
+    ++doubled;
+  }
+  EXPECT_GT(doubled, 5);
+}
+
+TEST(FrameBuilder, RefusesFactorsOfAnotherSizeOrType) {
+  RgbdImage image = Boxes();
+  image.noise_factor = cv::Mat(24, 32, CV_32FC1, cv::Scalar(1.0));
+  EXPECT_THROW(FrameBuilder(SmallSensor(), {}).Build(image), InvalidArgument);
+  image.noise_factor = cv::Mat(240, 320, CV_8UC1, cv::Scalar(1.0));
+  EXPECT_THROW(FrameBuilder(SmallSensor(), {}).Build(image), InvalidArgument);
+}
+
 TEST(FrameBuilder, TwoThreadsAndOneGiveTheSame) {
   FrameBuilderOptions options;
   const RgbdImage image = Boxes();

@@ -63,6 +63,17 @@ TEST_F(KeyframeReleaseTest, ReleasesEachOnceWhenItHasWaited) {
   EXPECT_TRUE(Take(20.0).empty());
 }
 
+TEST_F(KeyframeReleaseTest, AViewHoldsTheNoiseOfItsDepth) {
+  Add(1.0);
+  image_.noise_factor = cv::Mat(6, 8, CV_32FC1, cv::Scalar(2.0));
+  Add(1.5);
+  image_.noise_factor.setTo(3.0);
+  const std::vector<KeyframeView> views = Take(10.0);
+  ASSERT_EQ(views.size(), 2u);
+  EXPECT_TRUE(views[0].noise_factor->empty());
+  EXPECT_EQ(views[1].noise_factor->at<float>(2, 3), 2.0F);
+}
+
 TEST_F(KeyframeReleaseTest, TheLastEventHoldsAllThatWaitAndAllPlaces) {
   Add(1.0);
   Add(1.5);

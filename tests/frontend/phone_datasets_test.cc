@@ -12,6 +12,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/open_dataset.h>
 
+#include "input/phone_recording.h"
 #include "input/scanner_app_dataset.h"
 #include "input/stray_scanner_dataset.h"
 #include "support/message_of.h"
@@ -102,8 +103,18 @@ TEST(StrayScanner, ReadsImagesDepthAndConfidencePixelByPixel) {
       const std::uint16_t stored = raw.at<std::uint16_t>(v / 4, u / 4);
       const bool hole = (u / 4) % 3 == 0 || stored == UINT16_MAX;
       ASSERT_FLOAT_EQ(image->depth.at<float>(v, u), hole ? 0.0F : 1e-3F * stored);
+      // Readings of medium confidence are noisier than the others.
+      ASSERT_EQ(image->noise_factor.at<float>(v, u), (u / 4) % 3 == 1 ? kMediumConfidenceNoise : 1);
     }
   }
+}
+
+TEST(StrayScanner, DepthOfHighConfidenceHasTheNoiseOfTheSensor) {
+  const TemporaryDirectory folder;
+  WriteStray(folder.path());
+  WriteStrayImages(folder.path(), {64, 48});
+  WriteImage(folder / "confidence/000000.png", cv::Mat(12, 16, CV_8UC1, cv::Scalar(2)));
+  EXPECT_TRUE(StrayScannerDataset(folder.path()).Load(0)->noise_factor.empty());
 }
 
 TEST(StrayScanner, ScalesTheMatrixToTheSizeOfTheFrames) {

@@ -66,6 +66,20 @@ TEST(SmoothDepth, TakesMostOfTheNoiseOffAPlane) {
   EXPECT_LT(ErrorOf(SmoothDepth(plane, kFocal, Sigma, {.max_extent = 1.0})), 0.3);
 }
 
+TEST(SmoothDepth, AFactorOnTheNoiseIsThatOnSigma) {
+  const cv::Mat plane = Plane(true), twice(kHeight, kWidth, CV_32FC1, cv::Scalar(2.0));
+  // The size of a window is tabulated by depth in steps of 2 cm; here the bounds decide.
+  const DepthSmoothingOptions options{.target_sigma = 1e-4, .max_extent = 1.0};
+  const auto of_twice = [](double z) { return 2.0 * Sigma(z); };
+  const cv::Mat expected = SmoothDepth(plane, kFocal, of_twice, options);
+  const cv::Mat smooth = SmoothDepth(plane, kFocal, Sigma, options, twice);
+  // The gates differ by the step of the table, 1 %, which decides on a few noisy pairs.
+  EXPECT_LT(std::abs(ErrorOf(smooth) / ErrorOf(expected) - 1.0), 0.01);
+  EXPECT_GT(std::abs(ErrorOf(SmoothDepth(plane, kFocal, Sigma, options)) / ErrorOf(expected) - 1.0),
+            0.02);
+  EXPECT_THROW(SmoothDepth(plane, kFocal, Sigma, options, twice.rowRange(0, 4)), InvalidArgument);
+}
+
 TEST(SmoothDepth, KeepsTheEdgeBetweenTwoSurfaces) {
   cv::Mat depth(kHeight, kWidth, CV_32FC1, cv::Scalar(2.0));
   depth.colRange(kWidth / 2, kWidth).setTo(3.0);

@@ -1,5 +1,6 @@
 #include <highwall/core/keyframe_event.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -104,12 +105,30 @@ TEST_F(ApplyKeyframeEvent, AddsWhatItHasPlacedBefore) {
   EXPECT_EQ(FinishAndCountKeyframes(), 1u);
 }
 
+TEST_F(ApplyKeyframeEvent, SmoothsNoisierDepthOverLargerWindows) {
+  KeyframeView view = View(1);
+  cv::Mat step = view.depth->clone();
+  step.at<float>(step.rows / 2, step.cols / 2) *= 1.01F;
+  view.depth = Shared(step);
+  view.noise_factor = Shared(cv::Mat(step.size(), CV_32FC1, cv::Scalar(10.0)));
+  mapper_.Apply({.added = {view}});
+  const DenseMap smoothed = std::move(mapper_.Finish().at(0));
+  DenseMapper usual(Options(), SmallCamera());
+  view.noise_factor = nullptr;
+  usual.Apply({.added = {view}});
+  const DenseMap as_usual = std::move(usual.Finish().at(0));
+  ASSERT_FALSE(smoothed.cloud.empty());
+  EXPECT_FALSE(
+      std::ranges::equal(smoothed.cloud, as_usual.cloud, {}, &ColoredPoint::p, &ColoredPoint::p));
+}
+
 TEST_F(ApplyKeyframeEvent, RefusesNoDepthOrAForeignMaskAndAppliesNothingOfTheEvent) {
-  KeyframeView bare = View(2), small = View(2), wide = View(2);
+  KeyframeView bare = View(2), small = View(2), wide = View(2), noise = View(2);
   bare.depth = nullptr;
   small.dynamic = Shared(cv::Mat(2, 2, CV_8UC1, cv::Scalar(0)));
   wide.dynamic = Shared(cv::Mat(wide.depth->size(), CV_32FC1, cv::Scalar(0)));
-  for (const KeyframeView& bad : {bare, small, wide}) {
+  noise.noise_factor = Shared(cv::Mat(2, 2, CV_32FC1, cv::Scalar(1.0)));
+  for (const KeyframeView& bad : {bare, small, wide, noise}) {
     EXPECT_THROW(mapper_.Apply({.added = {View(1), bad}}), InvalidArgument);
   }
   EXPECT_EQ(FinishAndCountKeyframes(), 0u);

@@ -30,18 +30,23 @@ LineSegment Undistorted(const LineSegment& raw, const PinholeCamera& camera) {
 // A depth reading and its largest difference to the neighbouring readings.
 struct DepthReading {
   double depth = 0.0;   // [m] 0 where missing or out of range
+  double noise = 1.0;   // RgbdImage::noise_factor
   double spread = 0.0;  // [m] largest difference to a neighbour
 };
 
-DepthReading ReadDepth(const cv::Mat& depth, const cv::Point2f& uv, double min_depth,
+DepthReading ReadDepth(const RgbdImage& image, const cv::Point2f& uv, double min_depth,
                        double max_depth) {
+  const cv::Mat& depth = image.depth;
   const int x = static_cast<int>(std::lround(uv.x)), y = static_cast<int>(std::lround(uv.y));
   const auto at = [&](int u, int v) {
     if (u < 0 || v < 0 || u >= depth.cols || v >= depth.rows) return 0.0;
     const double d = static_cast<double>(depth.at<float>(v, u));
     return d >= min_depth && d <= max_depth ? d : 0.0;
   };
-  DepthReading reading{at(x, y), 0.0};
+  DepthReading reading{.depth = at(x, y)};
+  if (reading.depth > 0.0 && !image.noise_factor.empty()) {
+    reading.noise = static_cast<double>(image.noise_factor.at<float>(y, x));
+  }
   for (int dv = -1; dv <= 1; ++dv) {
     for (int du = -1; du <= 1; ++du) {
       const double neighbour = at(x + du, y + dv);
@@ -100,6 +105,9 @@ void FrameBuilder::Check(const RgbdImage& image) const {
                    "FrameBuilder: colour must be CV_8UC3 and depth CV_32FC1");
   HIGHWALL_REQUIRE(image.bgr.size() == image.depth.size(),
                    "FrameBuilder: colour and depth differ in size");
+  HIGHWALL_REQUIRE(image.noise_factor.empty() || (image.noise_factor.type() == CV_32FC1 &&
+                                                  image.noise_factor.size() == image.depth.size()),
+                   "FrameBuilder: RgbdImage::noise_factor must be CV_32FC1 of the size of depth");
   HIGHWALL_REQUIRE(image.bgr.cols == camera.width && image.bgr.rows == camera.height,
                    "FrameBuilder: the image is " + std::to_string(image.bgr.cols) + " x " +
                        std::to_string(image.bgr.rows) + ", the camera " +
@@ -152,27 +160,27 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(RgbdImage* image,
   team_->Run(2, [&](std::size_t, std::size_t task) {
     if (task == 0) {
       const StageTimer timer(profile_, "lines", &elapsed.lines);
-      BuildLines(std::move(lines), image->depth, *features);
+      BuildLines(std::move(lines), *image, *features);
     } else if (options_.use_points) {
       const StageTimer timer(profile_, "points", &elapsed.points);
-      BuildPoints(std::move(points), image->depth, *features);
+      BuildPoints(std::move(points), *image, *features);
     }
   });
   if (times != nullptr) *times = elapsed;
   return features;
 }
 
-void FrameBuilder::BuildPoints(ExtractedPoints extracted, const cv::Mat& depth,
+void FrameBuilder::BuildPoints(ExtractedPoints extracted, const RgbdImage& image,
                                FrameFeatures& features) const {
   ValidatePoints(extracted, feature_type(), features.gray.size());
   features.points.reserve(extracted.keypoints.size());
   for (cv::KeyPoint& keypoint : extracted.keypoints) {
     PointFeature feature;
     const DepthReading reading =
-        ReadDepth(depth, keypoint.pt, sensor_.min_depth, sensor_.max_depth);
+        ReadDepth(image, keypoint.pt, sensor_.min_depth, sensor_.max_depth);
     if (reading.depth > 0.0) {
       feature.depth = reading.depth;
-      feature.depth_sigma = std::hypot(sensor_.depth_noise.Sigma(reading.depth),
+      feature.depth_sigma = std::hypot(reading.noise * sensor_.depth_noise.Sigma(reading.depth),
                                        depth_spread_share_ * reading.spread);
     }
     feature.uv = sensor_.camera.UndistortPixel({keypoint.pt.x, keypoint.pt.y});
@@ -189,7 +197,7 @@ void FrameBuilder::BuildPoints(ExtractedPoints extracted, const cv::Mat& depth,
   features.point_descriptors = descriptor_bits_.Of(extracted.descriptors);
 }
 
-void FrameBuilder::BuildLines(LineFeatures lines, const cv::Mat& depth,
+void FrameBuilder::BuildLines(LineFeatures lines, const RgbdImage& image,
                               FrameFeatures& features) const {
   if (users_lines_) {
     ValidateLines(lines, features.gray.size());
@@ -199,7 +207,8 @@ void FrameBuilder::BuildLines(LineFeatures lines, const cv::Mat& depth,
   for (const LineSegment& raw : lines.segments) {
     LineFeature feature;
     feature.segment = Undistorted(raw, sensor_.camera);
-    feature.segment_C = FitSegmentDepth(feature.segment, depth, sensor_);
+    feature.segment_C =
+        FitSegmentDepth(feature.segment, image.depth, sensor_, kMinMeasured, image.noise_factor);
     features.lines.push_back(feature);
   }
   features.line_descriptors = lines.descriptors;

@@ -61,8 +61,9 @@ class FrameBuilder {
   const FeatureType& feature_type() const { return points_->kind(); }
 
  private:
-  void BuildPoints(ExtractedPoints extracted, const cv::Mat& depth, FrameFeatures& features) const;
-  void BuildLines(LineFeatures lines, const cv::Mat& depth, FrameFeatures& features) const;
+  void BuildPoints(ExtractedPoints extracted, const RgbdImage& image,
+                   FrameFeatures& features) const;
+  void BuildLines(LineFeatures lines, const RgbdImage& image, FrameFeatures& features) const;
 
   RgbdSensor sensor_;
   FrameBuilderOptions options_;

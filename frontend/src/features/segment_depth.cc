@@ -81,7 +81,7 @@ struct Fit {
 
 // Collects the depth pixels on one side (-1 or 1) of the segment.
 Samples Collect(const LineSegment& segment, int side, const cv::Mat& depth,
-                const RgbdSensor& sensor) {
+                const RgbdSensor& sensor, const cv::Mat& noise_factor) {
   const PinholeCamera& camera = sensor.camera;
   Samples samples;
   const Eigen::Vector2d s = segment.s.cast<double>(), d = segment.e.cast<double>() - s;
@@ -97,10 +97,11 @@ Samples Collect(const LineSegment& segment, int side, const cv::Mat& depth,
         uv = {camera.fx * m.x() + camera.cx, camera.fy * m.y() + camera.cy};
       }
       if (!camera.Contains(uv)) continue;
-      const double z =
-          depth.at<float>(static_cast<int>(uv.y() + 0.5), static_cast<int>(uv.x() + 0.5));
+      const int row = static_cast<int>(uv.y() + 0.5), column = static_cast<int>(uv.x() + 0.5);
+      const double z = depth.at<float>(row, column);
       if (!(z >= sensor.min_depth && z <= sensor.max_depth)) continue;  // also NaN
-      const double sigma = sensor.depth_noise.Sigma(z);
+      const double noise = noise_factor.empty() ? 1.0 : noise_factor.at<float>(row, column);
+      const double sigma = noise * sensor.depth_noise.Sigma(z);
       samples.Add({t, static_cast<double>(side * k), 1.0 / z, z * z / sigma});
     }
   }
@@ -213,20 +214,24 @@ double DepthDeviation(const Fit& fit, double t) {
 }  // namespace
 
 std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv::Mat& depth,
-                                            const RgbdSensor& sensor, double min_measured) {
+                                            const RgbdSensor& sensor, double min_measured,
+                                            const cv::Mat& noise_factor) {
   const PinholeCamera& camera = sensor.camera;
   HIGHWALL_REQUIRE(
       depth.type() == CV_32FC1 && depth.cols == camera.width && depth.rows == camera.height,
       "FitSegmentDepth: the depth image must be CV_32FC1 of the camera's size");
   HIGHWALL_REQUIRE(segment.s.allFinite() && segment.e.allFinite(),
                    "FitSegmentDepth: the segment must be finite");
+  HIGHWALL_REQUIRE(noise_factor.empty() ||
+                       (noise_factor.type() == CV_32FC1 && noise_factor.size() == depth.size()),
+                   "FitSegmentDepth: the noise factors must be CV_32FC1 of the depth image's size");
   if (segment.Length() < 1.0F) return std::nullopt;
 
   std::array<Samples, 2> sides;
   std::array<InverseDepth, 2> lines;
   std::array<bool, 2> measured{};
   for (std::size_t i = 0; i < 2; ++i) {
-    sides[i] = Collect(segment, i == 0 ? -1 : 1, depth, sensor);
+    sides[i] = Collect(segment, i == 0 ? -1 : 1, depth, sensor, noise_factor);
     measured[i] = sides[i].size() >= min_measured * kPixelsPerSide * kPositions;
     if (measured[i]) lines[i] = Ransac(sides[i]);
   }

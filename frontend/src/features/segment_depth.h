@@ -23,10 +23,11 @@ inline constexpr double kMinMeasured = 0.5;
 //
 // segment: undistorted pixels (of camera.WithoutDistortion()). depth: CV_32FC1 [m], raw pixels of
 // the sensor's camera, its size; 0, NaN or beyond the sensor's range mean no measurement. Empty if
-// too few pixels are measured (min_measured, in (0, 1]) or the fit is poor. Throws InvalidArgument
-// for another type or size.
+// too few pixels are measured (min_measured, in (0, 1]) or the fit is poor. noise_factor: as that
+// of RgbdImage. Throws InvalidArgument for another type or size.
 std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv::Mat& depth,
                                             const RgbdSensor& sensor,
-                                            double min_measured = kMinMeasured);
+                                            double min_measured = kMinMeasured,
+                                            const cv::Mat& noise_factor = {});
 
 }  // namespace highwall

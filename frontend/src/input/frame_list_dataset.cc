@@ -15,6 +15,7 @@
 #include "input/colour_to_depth.h"
 #include "input/depth_unit.h"
 #include "input/exr_depth.h"
+#include "input/phone_recording.h"
 #include "input/recording_folder.h"
 
 namespace highwall {
@@ -44,6 +45,15 @@ cv::Mat ReadConfidence(const std::filesystem::path& path) {
   const cv::Mat image = ReadStoredImage(path);
   if (image.type() != CV_8UC1) throw IoError(path, "is not a confidence image of 8 bits");
   return image;
+}
+
+// Returns RgbdImage::noise_factor; empty if it is 1 everywhere.
+cv::Mat NoiseFactorOf(const cv::Mat& confidence) {
+  const cv::Mat medium = confidence == kMediumConfidence;
+  if (cv::countNonZero(medium) == 0) return {};
+  cv::Mat factor(confidence.size(), CV_32FC1, cv::Scalar(1.0));
+  factor.setTo(kMediumConfidenceNoise, medium);
+  return factor;
 }
 
 // [relative] how far the principal point lies from the middle of an image of this size.
@@ -168,7 +178,7 @@ cv::Mat FrameListDataset::ReadColour(const FrameFiles& frame) const {
 }
 
 // Returns the stored values; 0 where nothing was measured.
-cv::Mat FrameListDataset::ReadDepth(const FrameFiles& frame) const {
+cv::Mat FrameListDataset::ReadDepth(const FrameFiles& frame, cv::Mat* noise_factor) const {
   cv::Mat depth;
   if (frame.depth.extension() == ".exr") {
     depth = ReadExrDepth(frame.depth) * kMillimetres;
@@ -182,7 +192,8 @@ cv::Mat FrameListDataset::ReadDepth(const FrameFiles& frame) const {
     throw IoError(frame.confidence, "is " + SizeText(confidence.size()) +
                                         ", but its depth image is " + SizeText(depth.size()));
   }
-  depth.setTo(0, confidence == 0);
+  depth.setTo(0, confidence == kLowConfidence);
+  if (noise_factor != nullptr) *noise_factor = NoiseFactorOf(confidence);
   return depth;
 }
 
@@ -202,16 +213,20 @@ void FrameListDataset::RequireOneView(const FrameFiles& frame, const cv::Size& c
                                  "; depth must be registered to colour");
 }
 
-void FrameListDataset::Resample(const FrameFiles& frame, cv::Mat* colour, cv::Mat* depth) const {
+void FrameListDataset::Resample(const FrameFiles& frame, RgbdImage* image) const {
   const PinholeCamera& to = list_.calibration->sensor.camera;
   const PinholeCamera from = frame.camera ? CameraOfImages(*frame.camera) : to;
-  *colour = ResampleColour(*colour, from, to);
-  *depth = ResampleDepth(*depth, from, to);
+  image->bgr = ResampleColour(image->bgr, from, to);
+  image->depth = ResampleDepth(image->depth, from, to);
+  cv::Mat& factor = image->noise_factor;
+  if (!factor.empty()) factor = ResampleDepth(factor, from, to);
 }
 
 RgbdImage FrameListDataset::DoLoad(std::size_t index) const {
   const FrameFiles& frame = list_.frames[index];
-  cv::Mat colour = ReadColour(frame), depth = ReadDepth(frame);
+  RgbdImage image{.stamp = frame.stamp, .bgr = ReadColour(frame), .depth = {}};
+  image.depth = ReadDepth(frame, &image.noise_factor);
+  cv::Mat &colour = image.bgr, &depth = image.depth;
   RequireOneView(frame, colour.size(), depth.size());
   if (list_.shared_axis) {
     if (colour.size() != colour_size_) {
@@ -219,7 +234,7 @@ RgbdImage FrameListDataset::DoLoad(std::size_t index) const {
           frame.colour.empty() ? list_.video->path() : frame.colour,
           "is " + SizeText(colour.size()) + ", but the first image is " + SizeText(colour_size_));
     }
-    Resample(frame, &colour, &depth);
+    Resample(frame, &image);
   }
   const PinholeCamera& camera = sensor_.camera;
   if (registration_) {
@@ -233,8 +248,11 @@ RgbdImage FrameListDataset::DoLoad(std::size_t index) const {
   RequireDepth(frame, depth);
   depth =
       MetricDepth(depth, sensor_.depth_factor, sensor_.inverse_depth_offset, sensor_.depth_pattern);
-  if (registration_) depth = registration_->Register(depth);
-  return {.stamp = frame.stamp, .bgr = colour, .depth = depth};
+  if (registration_) {
+    depth = registration_->Register(depth);
+    image.noise_factor = cv::Mat();  // of other pixels
+  }
+  return image;
 }
 
 }  // namespace highwall

@@ -28,7 +28,7 @@ struct FrameFiles {
   std::filesystem::path colour{};      // an image; empty: image `number` of the video
   std::size_t number = 0;              // of the image in the video
   std::filesystem::path depth{};       // 16 bits as they are, or .exr: metres, taken as millimetres
-  std::filesystem::path confidence{};  // 8 bits, 0 where depth is not used; empty: none
+  std::filesystem::path confidence{};  // ARKit's, 8 bits; empty: none
   // Colour camera of this frame where the focus moves, of the size of FrameList::calibration.
   std::optional<PinholeCamera> camera{};
 };
@@ -88,10 +88,11 @@ class FrameListDataset : public Dataset {
   void AdaptCalibration();
   void CheckDepthFactor();
   cv::Mat ReadColour(const FrameFiles& frame) const;
-  cv::Mat ReadDepth(const FrameFiles& frame) const;
+  // noise_factor: RgbdImage's, in the size of the depth image; may be null.
+  cv::Mat ReadDepth(const FrameFiles& frame, cv::Mat* noise_factor = nullptr) const;
   void RequireDepth(const FrameFiles& frame, const cv::Mat& depth) const;
   void RequireOneView(const FrameFiles& frame, const cv::Size& colour, const cv::Size& depth) const;
-  void Resample(const FrameFiles& frame, cv::Mat* colour, cv::Mat* depth) const;
+  void Resample(const FrameFiles& frame, RgbdImage* image) const;
   PinholeCamera CameraOfImages(const PinholeCamera& stated) const;
 
   std::filesystem::path folder_;

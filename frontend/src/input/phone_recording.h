@@ -11,6 +11,13 @@
 // What the recordings of Apple's phones and tablets have in common.
 namespace highwall {
 
+// ARKit's confidence in a reading: low (0), medium (1), high (2). Readings of low confidence are
+// off by several per cent of their depth, by a bias rather than by noise: they are holes.
+inline constexpr int kLowConfidence = 0, kMediumConfidence = 1;
+// Noise of readings of medium confidence over that of those of high confidence, as two recordings
+// show it from frame to frame (docs/lab/2026-11-any-recording.md).
+inline constexpr float kMediumConfidenceNoise = 2.0F;
+
 // Returns the calibration of a phone with this colour camera, which may be of unknown size (0 x 0):
 // the depth of its LiDAR is in millimetres.
 SensorCalibration PhoneCalibration(const PinholeCamera& camera);

@@ -32,7 +32,8 @@ std::map<std::int64_t, KeyframePlace> PlacesOf(const Map& map) {
 }
 
 void KeyframeRelease::Add(KeyFrameId id, const RgbdImage& image, const cv::Mat& dynamic) {
-  waiting_.push_back({id, image.stamp, image.depth.clone(), image.bgr.clone(), dynamic.clone()});
+  waiting_.push_back({id, image.stamp, image.depth.clone(), image.bgr.clone(), dynamic.clone(),
+                      image.noise_factor.clone()});
 }
 
 void KeyframeRelease::Remove(KeyFrameId id) {
@@ -77,6 +78,7 @@ void KeyframeRelease::AddView(const Waiting& waiting, const Map& map, const Mask
                     .depth = Shared(waiting.depth),
                     .bgr = Shared(waiting.bgr),
                     .dynamic = Shared(Union(waiting.dynamic, mask(waiting.id))),
+                    .noise_factor = Shared(waiting.noise_factor),
                     .place = PlaceOf(*keyframe, map)});
 }
 

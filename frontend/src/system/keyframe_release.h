@@ -51,7 +51,7 @@ class KeyframeRelease {
   struct Waiting {
     KeyFrameId id;
     Stamp stamp = 0;
-    cv::Mat depth, bgr, dynamic;
+    cv::Mat depth, bgr, dynamic, noise_factor;
   };
 
   bool HasWaited(const Waiting& waiting, Stamp now) const { return now - waiting.stamp >= wait_; }

@@ -29,8 +29,10 @@ struct KeyframeView {
   Stamp stamp = 0;
   std::shared_ptr<const cv::Mat> depth{};  // CV_32FC1 [m], corrected; 0 where nothing was measured
   std::shared_ptr<const cv::Mat> bgr{};    // CV_8UC3 of the same size
-  std::shared_ptr<const cv::Mat> dynamic{};  // CV_8UC1 of the same size, not 0 where an object
-                                             // moves; null or empty: none does
+  std::shared_ptr<const cv::Mat> dynamic{};       // CV_8UC1 of the same size, not 0 where an object
+                                                  // moves; null or empty: none does
+  std::shared_ptr<const cv::Mat> noise_factor{};  // CV_32FC1 of the same size, of the noise of
+                                                  // depth; null or empty: 1
   KeyframePlace place{};
 };
 

@@ -35,6 +35,9 @@ struct KeyframeImage {
   cv::Mat bgr;    // CV_8UC3
   Pose T_WC;
   std::int32_t layer = 0;
+  // CV_32FC1 of the size of depth: factor on DepthCamera::sigma, > 0 where there is depth;
+  // empty: 1.
+  cv::Mat noise_factor{};
 };
 
 // Pose of a keyframe in the world of its layer. Keyframes that are not connected yet are in

@@ -25,8 +25,8 @@ struct DepthSmoothingOptions {
 // depth is used since planes are linear in it: the mean over a whole window lies on the plane. The
 // window size follows from sigma(z); there is no window where sigma(z) is below the target. depth:
 // CV_32FC1 [m], 0 or NaN where not measured, which is kept; may be empty. focal: of the camera [px]
-// > 0. Throws InvalidArgument for another image.
+// > 0. noise_factor: as that of KeyframeImage. Throws InvalidArgument for other images.
 cv::Mat SmoothDepth(const cv::Mat& depth, double focal, const DepthSigma& sigma,
-                    const DepthSmoothingOptions& options = {});
+                    const DepthSmoothingOptions& options = {}, const cv::Mat& noise_factor = {});
 
 }  // namespace highwall

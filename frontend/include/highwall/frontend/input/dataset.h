@@ -28,6 +28,9 @@ struct RgbdImage {
   cv::Mat bgr;                         // CV_8UC3
   cv::Mat depth;                       // CV_32FC1 [m], 0 where nothing was measured
   std::optional<Stamp> depth_stamp{};  // where depth has a different one
+  // CV_32FC1 of the size of depth, where the sensor states its confidence: the noise of each
+  // reading over that of RgbdSensor::depth_noise, > 0 where there is depth; empty: 1.
+  cv::Mat noise_factor{};
 };
 
 // Returns the depth [m], CV_32FC1, of the stored sensor values (CV_16UC1 or CV_32FC1; 0: none), by
