@@ -21,7 +21,7 @@ PinholeCamera Portrait(const PinholeCamera& camera) {
   turned.cx = camera.height - 1 - camera.cy;
   turned.cy = camera.cx;
   turned.p1 = camera.p2;
-  turned.p2 = -camera.p1;
+  turned.p2 = 0.0 - camera.p1;  // no negative zero
   return turned;
 }
 
