@@ -120,7 +120,7 @@ TEST_F(FrameRefinerTest, DoesNotRefineFramesWhosePoseIsNotFromTheirImage) {
   FrameRefiner refiner = Make({});
   for (int i = 0; i < 3; ++i) {
     TrackedFrame tracked = MakeTracked(View(i), i);
-    if (i == 0) tracked.by_image = false;  // an IMU frame, or it became a keyframe
+    if (i == 0) tracked.by_image = false;                         // it became a keyframe
     if (i == 1) tracked.open.push_back(UnobservableDirection());  // landmarks leave it unobservable
     Add(refiner, tracked, KeyFrameId(1));
   }
@@ -129,6 +129,16 @@ TEST_F(FrameRefinerTest, DoesNotRefineFramesWhosePoseIsNotFromTheirImage) {
   EXPECT_NEAR(Error(1), 0.005, 1e-6);
   EXPECT_LT(Error(2), kExact);
   EXPECT_EQ(refiner.refined(), 1);
+}
+
+TEST_F(FrameRefinerTest, RefinesThePoseByTheImageOfAFrameThatIsFusedWithAnImu) {
+  FrameRefiner refiner = Make({});
+  const TrackedFrame tracked = MakeTracked(View(0), 0);
+  Add(refiner, tracked, KeyFrameId(1));
+  frames.front().by_image = frames.front().pose;
+  refiner.FinishAll(scene_map.map, {}, &frames);
+  EXPECT_NEAR(Error(0), 0.005, 1e-6);
+  EXPECT_LT(PositionError(frames.front().by_image->T_WC(scene_map.map), Truth(0)), kExact);
 }
 
 TEST_F(FrameRefinerTest, DoesNothingWhereItIsOff) {

@@ -1,6 +1,7 @@
 #include "system/frame_trajectories.h"
 
 #include <memory>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -65,11 +66,11 @@ struct TwoWorlds {
   }
 };
 
-void ExpectNear(const Trajectory& frames, const std::vector<Pose>& expected) {
+void ExpectNear(const Trajectory& frames, const std::vector<std::optional<Pose>>& expected) {
   ASSERT_EQ(frames.size(), expected.size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     // Rounding of the anchored pose.
-    EXPECT_LT((frames[i].pose.p() - expected[i].p()).norm(), 1e-12) << i;
+    EXPECT_LT((frames[i].pose.p() - expected[i].value().p()).norm(), 1e-12) << i;
   }
 }
 
@@ -92,30 +93,30 @@ TEST(ImageInformation, IsThatOfTheSameStepInTheCamera) {
 
 TEST(FrameTrajectories, EachWorldIsSmoothedByItself) {
   TwoWorlds worlds;
-  worlds.trajectories.Smooth(worlds.map);
+  worlds.trajectories.Smooth(worlds.map, std::nullopt);
   for (const std::size_t world : {0U, 1U}) {
     const std::vector<MeasuredPose> measured = worlds.Measured(world);
     const Trajectory frames = worlds.Of(world);
     ExpectNear(frames, SmoothPoses(measured));
-    EXPECT_GT((frames[30].pose.p() - measured[30].T_WC.p()).norm(), 1e-5);
+    EXPECT_GT((frames[30].pose.p() - measured[30].T_WB.p()).norm(), 1e-5);
   }
 }
 
 TEST(FrameTrajectories, SmoothingAgainStartsFromTheMeasuredPoses) {
   TwoWorlds worlds;
-  worlds.trajectories.Smooth(worlds.map);
+  worlds.trajectories.Smooth(worlds.map, std::nullopt);
   std::mt19937 rng(3);
   for (int i = 120; i < 140; ++i) worlds.Add(i, rng);
   // The new frames are as measured.
   const std::vector<MeasuredPose> measured = worlds.Measured(0);
-  EXPECT_LT((worlds.Of(0).back().pose.p() - measured.back().T_WC.p()).norm(), 1e-12);
-  worlds.trajectories.Smooth(worlds.map);
+  EXPECT_LT((worlds.Of(0).back().pose.p() - measured.back().T_WB.p()).norm(), 1e-12);
+  worlds.trajectories.Smooth(worlds.map, std::nullopt);
   ExpectNear(worlds.Of(0), SmoothPoses(measured));
 }
 
 TEST(FrameTrajectories, SmoothedPosesFollowTheirKeyframes) {
   TwoWorlds worlds;
-  worlds.trajectories.Smooth(worlds.map);
+  worlds.trajectories.Smooth(worlds.map, std::nullopt);
   const Trajectory before = worlds.Of(1);
   const Pose T = Pose::FromTangent({1, 2, 3}, {0.3, -0.2, 0.1});
   worlds.map.Transform(T, worlds.submaps[1]);

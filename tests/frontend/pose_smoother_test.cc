@@ -1,6 +1,8 @@
 #include "system/pose_smoother.h"
 
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <random>
 #include <vector>
 
@@ -8,6 +10,7 @@
 
 #include <highwall/core/so3.h>
 
+#include "support/imu_scene.h"
 #include "system/motion_noise.h"
 
 namespace highwall::pose_smoother_test {
@@ -92,7 +95,18 @@ double RotationRmse(const std::vector<Pose>& poses, const std::vector<Pose>& tru
 
 std::vector<Pose> Measured(const Recording& recording) {
   std::vector<Pose> poses;
-  for (const MeasuredPose& pose : recording.measured) poses.push_back(pose.T_WC);
+  for (const MeasuredPose& pose : recording.measured) poses.push_back(pose.T_WB);
+  return poses;
+}
+
+// The poses after smoothing; those that are not smoothed are as they were measured.
+std::vector<Pose> Smooth(const std::vector<MeasuredPose>& measured,
+                         const std::optional<Eigen::Vector3d>& gravity_W = std::nullopt) {
+  const std::vector<std::optional<Pose>> smoothed = SmoothPoses(measured, gravity_W);
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    poses.push_back(smoothed[i].value_or(measured[i].T_WB));
+  }
   return poses;
 }
 
@@ -113,7 +127,7 @@ TEST(MotionNoise, HardlyDependsOnSingleJumpsAndOnMissingFrames) {
   Recording recording = Hand(3000, 2);
   for (std::size_t i = 50; i < recording.measured.size(); i += 50) {
     MeasuredPose& pose = recording.measured[i];
-    pose.T_WC = Pose(pose.T_WC.q(), pose.T_WC.p() + Eigen::Vector3d(0.1, 0, 0));
+    pose.T_WB = Pose(pose.T_WB.q(), pose.T_WB.p() + Eigen::Vector3d(0.1, 0, 0));
   }
   std::erase_if(recording.measured, [](const MeasuredPose& pose) { return pose.stamp % 7 == 0; });
   const auto noise = EstimateMotionNoise(recording.measured);
@@ -135,7 +149,7 @@ TEST(MotionNoise, IsUnknownOfFewPosesOrOfPosesThatStateNothing) {
 
 TEST(PoseSmoother, ReducesTheErrorOfAHandsMotion) {
   const Recording recording = Hand(600, 4);
-  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  const std::vector<Pose> smoothed = Smooth(recording.measured);
   // A margin of a tenth to what this seed has.
   EXPECT_LT(PositionRmse(smoothed, recording.truth),
             0.67 * PositionRmse(Measured(recording), recording.truth));
@@ -146,9 +160,9 @@ TEST(PoseSmoother, ReducesTheErrorOfAHandsMotion) {
 TEST(PoseSmoother, LeavesKnownPosesAsTheyAre) {
   Recording recording = Hand(200, 5);
   for (std::size_t i = 0; i < 200; i += 10) recording.measured[i].information.reset();
-  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  const std::vector<Pose> smoothed = Smooth(recording.measured);
   for (std::size_t i = 0; i < 200; ++i) {
-    const double moved = (smoothed[i].p() - recording.measured[i].T_WC.p()).norm();
+    const double moved = (smoothed[i].p() - recording.measured[i].T_WB.p()).norm();
     if (i % 10 == 0) {
       EXPECT_EQ(moved, 0.0) << i;
     } else {
@@ -163,10 +177,10 @@ TEST(PoseSmoother, NeighboursReplaceAPoseThatItsImageDoesNotState) {
   for (std::size_t i = 50; i < 350; i += 30) {
     MeasuredPose& pose = recording.measured[i];
     pose.information->setZero();
-    pose.T_WC = Pose(pose.T_WC.q(), pose.T_WC.p() + Eigen::Vector3d(0.05, 0, 0));
+    pose.T_WB = Pose(pose.T_WB.q(), pose.T_WB.p() + Eigen::Vector3d(0.05, 0, 0));
     blind.push_back(i);
   }
-  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  const std::vector<Pose> smoothed = Smooth(recording.measured);
   // Between frames of 2 mm at steps of 33 ms.
   for (const std::size_t i : blind) {
     EXPECT_LT((smoothed[i].p() - recording.truth[i].p()).norm(), 6e-3) << i;
@@ -180,10 +194,10 @@ TEST(PoseSmoother, NeighboursHoldADirectionThatTheImageLeavesOpen) {
     MeasuredPose& pose = recording.measured[i];
     pose.information->row(0).setZero();  // along x of the camera
     pose.information->col(0).setZero();
-    pose.T_WC = pose.T_WC * Pose::FromTangent({0.05, 0, 0}, {0, 0, 0});
+    pose.T_WB = pose.T_WB * Pose::FromTangent({0.05, 0, 0}, {0, 0, 0});
     weak.push_back(i);
   }
-  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  const std::vector<Pose> smoothed = Smooth(recording.measured);
   for (const std::size_t i : weak) {
     EXPECT_LT((smoothed[i].p() - recording.truth[i].p()).norm(), 6e-3) << i;
   }
@@ -191,10 +205,10 @@ TEST(PoseSmoother, NeighboursHoldADirectionThatTheImageLeavesOpen) {
 
 TEST(PoseSmoother, ASpikeOfAPoseIsTakenOffWithoutItsNeighbours) {
   Recording recording = Hand(400, 8);
-  const std::vector<Pose> without = SmoothPoses(recording.measured);
+  const std::vector<Pose> without = Smooth(recording.measured);
   MeasuredPose& spike = recording.measured[200];
-  spike.T_WC = Pose(spike.T_WC.q(), spike.T_WC.p() + Eigen::Vector3d(0.05, 0, 0));
-  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  spike.T_WB = Pose(spike.T_WB.q(), spike.T_WB.p() + Eigen::Vector3d(0.05, 0, 0));
+  const std::vector<Pose> smoothed = Smooth(recording.measured);
   EXPECT_LT((smoothed[200].p() - recording.truth[200].p()).norm(), 0.01);
   for (const std::size_t i : {197, 203}) {
     EXPECT_LT((smoothed[i].p() - without[i].p()).norm(), 2e-3) << i;
@@ -206,11 +220,11 @@ TEST(PoseSmoother, NothingHoldsAcrossAGap) {
   for (std::size_t i = 200; i < 400; ++i) {  // carried elsewhere for 2 s
     MeasuredPose& pose = recording.measured[i];
     pose.stamp += 2'000'000'000;
-    pose.T_WC = Pose(pose.T_WC.q(), pose.T_WC.p() + Eigen::Vector3d(5, 0, 0));
+    pose.T_WB = Pose(pose.T_WB.q(), pose.T_WB.p() + Eigen::Vector3d(5, 0, 0));
     recording.truth[i] =
         Pose(recording.truth[i].q(), recording.truth[i].p() + Eigen::Vector3d(5, 0, 0));
   }
-  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  const std::vector<Pose> smoothed = Smooth(recording.measured);
   for (const std::size_t i : {199, 200}) {
     EXPECT_LT((smoothed[i].p() - recording.truth[i].p()).norm(), 4 * kPosition) << i;
   }
@@ -218,7 +232,7 @@ TEST(PoseSmoother, NothingHoldsAcrossAGap) {
 
 TEST(PoseSmoother, WindowsOfALongRecordingDoNotShow) {
   const Recording recording = Hand(2300, 10);
-  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  const std::vector<Pose> smoothed = Smooth(recording.measured);
   double worst = 0.0, at_seams = 0.0;
   for (std::size_t i = 1; i < smoothed.size(); ++i) {
     const double step = ((smoothed[i].p() - smoothed[i - 1].p()) -
@@ -229,13 +243,78 @@ TEST(PoseSmoother, WindowsOfALongRecordingDoNotShow) {
   EXPECT_LT(at_seams, worst);
 }
 
+// A body that moves at 30 Hz of images and 200 Hz of readings, whose gyroscope and accelerometer
+// have the noise of the densities that the readings state and a bias.
+Recording WithReadings(int frames, unsigned seed) {
+  std::mt19937 rng(seed);
+  const SinusoidalMotion motion(2.0);
+  ImuBias bias;
+  bias << 0.02, -0.01, 0.015, 0.1, -0.05, 0.08;
+  ReadingsBetween of_frame;
+  of_frame.bias_sigma << Eigen::Vector3d::Constant(0.02), Eigen::Vector3d::Constant(0.1);
+  const auto sample_at = [&](Stamp stamp) {
+    constexpr double kRate = 210.0;
+    ImuSample sample = WithBias({motion.SampleAt(stamp)}, bias).front();
+    sample.gyroscope += Normal(rng, of_frame.noise.gyroscope * std::sqrt(kRate));
+    sample.accelerometer += Normal(rng, of_frame.noise.accelerometer * std::sqrt(kRate));
+    return sample;
+  };
+  Recording recording;
+  ImuSample last = sample_at(0);
+  for (int i = 0; i < frames; ++i) {
+    recording.Add(i * kStep, motion.StateAt(i * kStep).T_WB, kPosition, kRotation,
+                  Information(kPosition, kRotation), rng);
+    if (i == 0) continue;
+    ReadingsBetween readings = of_frame;
+    readings.before = recording.measured[recording.measured.size() - 2].stamp;
+    readings.samples = {last};
+    for (int k = 1; k <= 7; ++k) {
+      readings.samples.push_back(sample_at(FromSeconds((i - 1 + k / 7.0) * kStep)));
+    }
+    last = readings.samples.back();
+    recording.measured.back().readings = std::make_shared<const ReadingsBetween>(readings);
+  }
+  return recording;
+}
+
+TEST(PoseSmoother, ReadingsOfAnImuReduceErrorsFurther) {
+  Recording recording = WithReadings(300, 12);
+  const std::vector<Pose> with = Smooth(recording.measured, kGravity);
+  const std::vector<Pose> measured = Measured(recording);
+  for (MeasuredPose& pose : recording.measured) pose.readings.reset();
+  const std::vector<Pose> without = Smooth(recording.measured, kGravity);
+  // A margin of a tenth to what this seed has.
+  EXPECT_LT(PositionRmse(with, recording.truth), 0.6 * PositionRmse(without, recording.truth));
+  EXPECT_LT(RotationRmse(with, recording.truth), 0.5 * RotationRmse(without, recording.truth));
+  EXPECT_LT(PositionRmse(without, recording.truth), PositionRmse(measured, recording.truth));
+}
+
+TEST(PoseSmoother, ReadingsBridgeImagesThatStateNothing) {
+  Recording recording = WithReadings(300, 13);
+  for (std::size_t i = 140; i < 170; ++i) recording.measured[i].information->setZero();  // 1 s
+  const std::vector<Pose> smoothed = Smooth(recording.measured, kGravity);
+  for (std::size_t i = 140; i < 170; ++i) {
+    EXPECT_LT((smoothed[i].p() - recording.truth[i].p()).norm(), 4e-3) << i;
+  }
+}
+
+TEST(PoseSmoother, ReadingsAreNotUsedWithoutGravity) {
+  Recording recording = WithReadings(200, 14);
+  const std::vector<Pose> smoothed = Smooth(recording.measured);
+  for (MeasuredPose& pose : recording.measured) pose.readings.reset();
+  const std::vector<Pose> without = Smooth(recording.measured);
+  for (std::size_t i = 0; i < smoothed.size(); ++i) {
+    EXPECT_EQ((smoothed[i].p() - without[i].p()).norm(), 0.0) << i;
+  }
+}
+
 TEST(PoseSmoother, FewPosesStayAsTheyAre) {
   EXPECT_TRUE(SmoothPoses({}).empty());
   const Recording recording = Hand(5, 11);
-  const std::vector<Pose> smoothed = SmoothPoses(recording.measured);
+  const std::vector<Pose> smoothed = Smooth(recording.measured);
   ASSERT_EQ(smoothed.size(), 5u);
   for (std::size_t i = 0; i < 5; ++i) {
-    EXPECT_EQ((smoothed[i].p() - recording.measured[i].T_WC.p()).norm(), 0.0);
+    EXPECT_EQ((smoothed[i].p() - recording.measured[i].T_WB.p()).norm(), 0.0);
   }
 }
 

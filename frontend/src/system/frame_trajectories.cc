@@ -4,9 +4,31 @@
 #include <functional>
 #include <utility>
 
+#include <highwall/core/so3.h>
+
 #include "system/pose_smoother.h"
 
 namespace highwall {
+namespace {
+
+// The information of a pose of the camera as that of a pose of the body.
+ImageInformation InformationOfBody(const ImageInformation& of_camera, const Pose& T_BC) {
+  const Eigen::Matrix3d R_CB = T_BC.R().transpose();
+  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
+  J.topLeftCorner<3, 3>() = J.bottomRightCorner<3, 3>() = R_CB;
+  J.topRightCorner<3, 3>() = -R_CB * so3::Hat(T_BC.p());
+  return (J.transpose() * of_camera.cast<double>() * J).cast<float>();
+}
+
+MeasuredPose Measured(const PosedFrame& frame, const Map& map, const std::optional<Pose>& T_BC) {
+  const Pose T_WC = frame.measured().T_WC(map);
+  if (!T_BC || !frame.information) {
+    return {frame.stamp, T_BC ? T_WC * T_BC->Inverse() : T_WC, frame.information};
+  }
+  return {frame.stamp, T_WC * T_BC->Inverse(), InformationOfBody(*frame.information, *T_BC)};
+}
+
+}  // namespace
 
 void FrameTrajectories::Add(const PosedFrame& frame, SubmapId submap) {
   frames_.push_back(frame);
@@ -19,7 +41,7 @@ void FrameTrajectories::Forget(SubmapId submap, const Map& map) {
   std::erase_if(frames_, [&](const PosedFrame& t) { return !map.RootOf(t.pose.reference); });
 }
 
-void FrameTrajectories::Smooth(const Map& map) {
+void FrameTrajectories::Smooth(const Map& map, const std::optional<Pose>& T_BC) {
   std::map<SubmapId, std::vector<std::size_t>> by_root;
   smoothed_.clear();
   for (std::size_t i = 0; i < frames_.size(); ++i) {
@@ -30,12 +52,18 @@ void FrameTrajectories::Smooth(const Map& map) {
     std::vector<MeasuredPose> measured;
     measured.reserve(indices.size());
     for (const std::size_t i : indices) {
-      measured.push_back({frames_[i].stamp, frames_[i].pose.T_WC(map), frames_[i].information});
+      const bool follows = !measured.empty();
+      measured.push_back(Measured(frames_[i], map, T_BC));
+      const auto& readings = frames_[i].readings;
+      if (follows && readings && readings->before == measured.rbegin()[1].stamp) {
+        measured.back().readings = readings;
+      }
     }
-    const std::vector<Pose> T_WC = SmoothPoses(measured);
+    const std::vector<std::optional<Pose>> T_WB = SmoothPoses(measured, map.gravity_W(root));
     for (std::size_t k = 0; k < indices.size(); ++k) {
+      if (!T_WB[k]) continue;
       AnchoredPose& pose = smoothed_[indices[k]];
-      pose = AnchoredPose::At(map, pose.reference, T_WC[k]);
+      pose = AnchoredPose::At(map, pose.reference, T_BC ? *T_WB[k] * *T_BC : *T_WB[k]);
     }
   }
 }

@@ -26,8 +26,8 @@ class FrameTrajectories {
   std::vector<PosedFrame>* mutable_frames() { return &frames_; }
 
   // Smooths the poses of each world over time (SmoothPoses), for ByWorld(); frames() stay as they
-  // were measured.
-  void Smooth(const Map& map);
+  // were measured. T_BC: of the camera on the IMU, where there is one.
+  void Smooth(const Map& map, const std::optional<Pose>& T_BC);
 
   // Returns the root of the world in which most frames were tracked; empty if there is none.
   std::optional<SubmapId> LargestWorld(const Map& map) const;

@@ -1,5 +1,6 @@
 // Parts of SlamSystem that fuse images with the IMU.
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -44,6 +45,7 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
   observation.see = [&] { return FindSeen(map_, tracked.frame.features, tracked, tracked.error); };
   // The result of a loop in progress would be lost.
   observation.keeps_level = loop_closer_.IsClosing();
+  image_pose_.reset();
   result.inertial = inertial_->Update(observation);
   if (result.inertial->finding) Find(*result.inertial->finding);
   if (result.inertial->abandoned) tracked.T_WC = ForgetImu() * tracked.T_WC;
@@ -66,7 +68,9 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
   last_fused_ = observation.image;
   if (const auto gravity_W = inertial_->gravity_W()) map_.SetGravity(gravity_W, submap_);
   if (const std::optional<Pose> T_WC = inertial_->T_WC()) {
-    if (tracked.state == TrackingState::kTracking) KeepImagePose(tracked);
+    if (tracked.state == TrackingState::kTracking) {
+      image_pose_ = AnchoredPose::At(map_, tracked.reference, tracked.T_WC);
+    }
     if (tracked.state == TrackingState::kLost) {
       tracked.state = TrackingState::kInertial;
       tracked.reference =
@@ -77,12 +81,26 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
   }
 }
 
-void SlamSystem::Impl::KeepImagePose(const TrackedFrame& tracked) {
-  constexpr std::size_t kKept = 2000;
-  image_poses_.push_back({tracked.frame.stamp,
-                          AnchoredPose::At(map_, tracked.reference, tracked.T_WC),
-                          InformationInCamera(tracked.information, tracked.T_WC)});
-  if (image_poses_.size() > kKept) image_poses_.pop_front();
+std::shared_ptr<const ReadingsBetween> SlamSystem::Impl::ReadingsFromBefore() {
+  // [s] between the intervals of both clocks: more where the time offset was estimated anew.
+  constexpr double kSameInterval = 1e-3;
+  const std::optional<InertialEstimate> now = inertial_->estimate();
+  const auto before = std::exchange(fused_before_, std::nullopt);
+  if (!now) return nullptr;
+  fused_before_ = {last_fused_, now->stamp};
+  if (!before) return nullptr;
+  const double of_images = ToSeconds(last_fused_ - before->image);
+  const double of_readings = ToSeconds(now->stamp - before->imu);
+  if (of_readings <= 0.0 || std::abs(of_images - of_readings) > kSameInterval) return nullptr;
+  const auto motion = inertial_->Between(before->imu, now->stamp);
+  if (!motion || !motion->HasInformation() || inertial_->weight() <= 0.0) return nullptr;
+  return std::make_shared<const ReadingsBetween>(
+      ReadingsBetween{.before = before->image,
+                      .samples = {motion->samples().begin(), motion->samples().end()},
+                      .noise = motion->options().noise,
+                      .weight = inertial_->weight(),
+                      .bias = now->bias,
+                      .bias_sigma = now->covariance.diagonal().tail<6>().cwiseSqrt()});
 }
 
 Pose SlamSystem::Impl::ForgetImu() {
@@ -105,17 +123,10 @@ Pose SlamSystem::Impl::ForgetImu() {
     AdjustBundle(map_, model_, recent.last(free), recent.first(held), kGlobalAdjustment, {},
                  std::max(1, options_.threads));
   });
-  for (const PosedFrame& seen : std::exchange(image_poses_, {})) {
-    auto& frames = *tracked_.mutable_frames();
-    const auto frame = std::ranges::lower_bound(frames, seen.stamp, {}, &PosedFrame::stamp);
-    if (frame != frames.end() && frame->stamp == seen.stamp) *frame = seen;
-  }
-  // Of the others the IMU alone knew the pose, except that of the first frame of a map.
   for (PosedFrame& frame : *tracked_.mutable_frames()) {
-    const KeyFrame* const keyframe = map_.keyframe(frame.pose.reference);
-    const bool begins_map =
-        keyframe != nullptr && map_.IsOrigin(keyframe->id) && keyframe->frame.stamp == frame.stamp;
-    if (!frame.information && !begins_map) frame.information.emplace().setZero();
+    frame.pose = frame.measured();
+    frame.by_image.reset();
+    frame.readings.reset();
   }
   if (last_given_keyframe_ == kNoId) map_.SetGravity(std::nullopt, submap_);
   NotifyMoved();

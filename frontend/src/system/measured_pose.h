@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 
 #include <highwall/core/pose.h>
@@ -8,11 +9,13 @@
 
 namespace highwall {
 
-// The pose of a frame as tracking or its refinement estimated it, in its world.
+// The pose of a frame as its image states it, in its world: of the camera, or of the body of an
+// IMU.
 struct MeasuredPose {
   Stamp stamp = 0;
-  Pose T_WC;
-  std::optional<ImageInformation> information{};  // as in PosedFrame
+  Pose T_WB;
+  std::optional<ImageInformation> information{};      // as in PosedFrame, in B
+  std::shared_ptr<const ReadingsBetween> readings{};  // since the pose before
 };
 
 }  // namespace highwall

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 #include <highwall/core/so3.h>
 #include <highwall/internal/median.h>
@@ -65,7 +66,7 @@ std::array<SecondDifferences, 2> Collect(std::span<const MeasuredPose> poses,
              ratio * ratio * ((*stated[a]).*of);
     };
     const double of_motion = after * after * (before + after) / 3.0;  // Eq. 8
-    const Pose &A = poses[a].T_WC, &B = poses[b].T_WC, &C = poses[c].T_WC;
+    const Pose &A = poses[a].T_WB, &B = poses[b].T_WB, &C = poses[c].T_WB;
     Add(C.p() - B.p() - ratio * (B.p() - A.p()), noise(&StatedVariance::position), of_motion,
         &all[0]);
     Add(so3::Log(B.q().conjugate() * C.q()) - ratio * so3::Log(A.q().conjugate() * B.q()),
@@ -134,6 +135,17 @@ std::optional<MotionNoise> EstimateMotionNoise(std::span<const MeasuredPose> pos
   }
   return MotionNoise{
       {position.motion, rotation.motion}, std::sqrt(position.noise), std::sqrt(rotation.noise)};
+}
+
+Eigen::Matrix<double, 6, 6> RootInformation(const MeasuredPose& pose, const MotionNoise& noise) {
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(pose.information->cast<double>());
+  const Matrix6 root_B =
+      eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
+  Matrix6 root = root_B;
+  root.leftCols<3>() = root_B.leftCols<3>() * pose.T_WB.R().transpose() / noise.position_scale;
+  root.rightCols<3>() = root_B.rightCols<3>() / noise.rotation_scale;
+  return root;
 }
 
 }  // namespace highwall

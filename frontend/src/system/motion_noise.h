@@ -3,6 +3,8 @@
 #include <optional>
 #include <span>
 
+#include <Eigen/Core>
+
 #include <highwall/factors/white_acceleration.h>
 
 #include "system/measured_pose.h"
@@ -22,5 +24,9 @@ struct MotionNoise {
 // Medians, so that single jumps do not count. poses: of one world, by stamp. Empty if there are too
 // few with information. (docs/factors/white_acceleration.md, Eq. 7 to 9)
 std::optional<MotionNoise> EstimateMotionNoise(std::span<const MeasuredPose> poses);
+
+// Returns W with W^T W the information of the pose in the tangent space of PoseManifold, reduced by
+// the scales of the noise. It may be singular. pose: with information.
+Eigen::Matrix<double, 6, 6> RootInformation(const MeasuredPose& pose, const MotionNoise& noise);
 
 }  // namespace highwall

@@ -3,16 +3,17 @@
 #include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include <ceres/loss_function.h>
-#include <Eigen/Eigenvalues>
 
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/prior.h>
 #include <highwall/core/so3.h>
 #include <highwall/factors/white_acceleration.h>
 
+#include "system/inertial_smoother.h"
 #include "system/motion_noise.h"
 #include "tracking/constant_velocity.h"
 
@@ -24,24 +25,11 @@ constexpr std::size_t kWindow = 1000;  // frames smoothed at once
 // frame ends within a few neighbours.
 constexpr std::size_t kOverlap = 50;
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Velocities = WhiteAcceleration::Velocities;
-
-// Returns W with W^T W the information of the pose in the tangent space of PoseManifold, reduced
-// by the scales of the noise. It may be singular.
-Matrix6 Root(const MeasuredPose& pose, const MotionNoise& noise) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(pose.information->cast<double>());
-  const Matrix6 root_C =
-      eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
-  Matrix6 root = root_C;
-  root.leftCols<3>() = root_C.leftCols<3>() * pose.T_WC.R().transpose() / noise.position_scale;
-  root.rightCols<3>() = root_C.rightCols<3>() / noise.rotation_scale;
-  return root;
-}
 
 Velocities MeanVelocities(const MeasuredPose& i, const MeasuredPose& j, double dt) {
   Velocities u;
-  u << (j.T_WC.p() - i.T_WC.p()) / dt, so3::Log(i.T_WC.q().conjugate() * j.T_WC.q()) / dt;
+  u << (j.T_WB.p() - i.T_WB.p()) / dt, so3::Log(i.T_WB.q().conjugate() * j.T_WB.q()) / dt;
   return u;
 }
 
@@ -51,15 +39,15 @@ std::vector<Pose> Smoothed(std::span<const MeasuredPose> poses, const MotionNois
   // At 95 % of chi-squared with 6 and with 12 degrees of freedom: spikes of poses, cuts of motions.
   const auto of_pose = std::make_shared<ceres::HuberLoss>(3.5);
   const auto of_motion = std::make_shared<ceres::HuberLoss>(4.6);
-  std::vector<Variable<Pose>> T_WC;
+  std::vector<Variable<Pose>> T_WB;
   std::vector<Variable<Velocities>> u;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    T_WC.push_back(graph.AddVariable(poses[i].T_WC));
+    T_WB.push_back(graph.AddVariable(poses[i].T_WB));
     if (poses[i].information) {
-      graph.AddFactor(std::make_unique<PosePrior>(poses[i].T_WC, Root(poses[i], noise)), of_pose,
-                      T_WC.back());
+      graph.AddFactor(std::make_unique<PosePrior>(poses[i].T_WB, RootInformation(poses[i], noise)),
+                      of_pose, T_WB.back());
     } else {
-      graph.Fix(T_WC.back());
+      graph.Fix(T_WB.back());
     }
     const std::size_t before = i > 0 ? i - 1 : 0, after = std::min(i + 1, poses.size() - 1);
     const double dt = ToSeconds(poses[after].stamp - poses[before].stamp);
@@ -67,7 +55,7 @@ std::vector<Pose> Smoothed(std::span<const MeasuredPose> poses, const MotionNois
     if (i == 0) continue;
     graph.AddFactor(std::make_unique<WhiteAcceleration>(
                         ToSeconds(poses[i].stamp - poses[i - 1].stamp), noise.acceleration),
-                    of_motion, T_WC[i - 1], u[i - 1], T_WC[i], u[i]);
+                    of_motion, T_WB[i - 1], u[i - 1], T_WB[i], u[i]);
   }
   SolveOptions options;
   options.max_iterations = 20;
@@ -76,16 +64,19 @@ std::vector<Pose> Smoothed(std::span<const MeasuredPose> poses, const MotionNois
   smoothed.reserve(poses.size());
   const bool usable = graph.Solve(options).IsUsable();
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    smoothed.push_back(usable ? graph.Value(T_WC[i]) : poses[i].T_WC);
+    smoothed.push_back(usable ? graph.Value(T_WB[i]) : poses[i].T_WB);
   }
   return smoothed;
 }
 
-// Returns the end of the poses from `begin` that follow each other without a gap.
+// Returns the end of the poses from `begin` that follow each other without a gap, all or none of
+// them with readings since the one before.
 std::size_t EndOfStretch(std::span<const MeasuredPose> poses, std::size_t begin) {
   std::size_t end = begin + 1;
-  while (end < poses.size() && ToSeconds(poses[end].stamp - poses[end - 1].stamp) <=
-                                   ConstantVelocity::kLongestPrediction) {
+  while (end < poses.size() &&
+         ToSeconds(poses[end].stamp - poses[end - 1].stamp) <=
+             ConstantVelocity::kLongestPrediction &&
+         (poses[end].readings == nullptr) == (poses[begin + 1].readings == nullptr)) {
     ++end;
   }
   return end;
@@ -93,7 +84,8 @@ std::size_t EndOfStretch(std::span<const MeasuredPose> poses, std::size_t begin)
 
 // Smooths the frames [begin, end) of `poses`, with those around them.
 void SmoothWindow(std::span<const MeasuredPose> poses, std::size_t begin, std::size_t end,
-                  std::vector<Pose>* smoothed) {
+                  const std::optional<Eigen::Vector3d>& gravity_W,
+                  std::vector<std::optional<Pose>>* smoothed) {
   const std::size_t first = begin - std::min(begin, kOverlap);
   const std::size_t last = std::min(end + kOverlap, poses.size());
   const auto window = poses.subspan(first, last - first);
@@ -102,25 +94,25 @@ void SmoothWindow(std::span<const MeasuredPose> poses, std::size_t begin, std::s
   for (std::size_t i = 0; i < window.size();) {
     const std::size_t stretch_end = EndOfStretch(window, i);
     const auto stretch = window.subspan(i, stretch_end - i);
-    if (stretch.size() >= 3) {
-      const std::vector<Pose> found = Smoothed(stretch, *noise);
-      for (std::size_t k = 0; k < found.size(); ++k) {
-        const std::size_t index = first + i + k;
-        if (index >= begin && index < end) (*smoothed)[index] = found[k];
-      }
-    }
     i = stretch_end;
+    if (stretch.size() < 3) continue;
+    const bool by_readings = gravity_W && stretch[1].readings != nullptr;
+    const std::vector<Pose> found =
+        by_readings ? SmoothByReadings(stretch, *noise, *gravity_W) : Smoothed(stretch, *noise);
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      const std::size_t index = static_cast<std::size_t>(&stretch[k] - poses.data());
+      if (index >= begin && index < end && stretch[k].information) (*smoothed)[index] = found[k];
+    }
   }
 }
 
 }  // namespace
 
-std::vector<Pose> SmoothPoses(std::span<const MeasuredPose> poses) {
-  std::vector<Pose> smoothed;
-  smoothed.reserve(poses.size());
-  for (const MeasuredPose& pose : poses) smoothed.push_back(pose.T_WC);
+std::vector<std::optional<Pose>> SmoothPoses(std::span<const MeasuredPose> poses,
+                                             const std::optional<Eigen::Vector3d>& gravity_W) {
+  std::vector<std::optional<Pose>> smoothed(poses.size());
   for (std::size_t begin = 0; begin < poses.size(); begin += kWindow) {
-    SmoothWindow(poses, begin, std::min(begin + kWindow, poses.size()), &smoothed);
+    SmoothWindow(poses, begin, std::min(begin + kWindow, poses.size()), gravity_W, &smoothed);
   }
   return smoothed;
 }

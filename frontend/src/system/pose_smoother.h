@@ -1,17 +1,23 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
+
+#include <Eigen/Core>
 
 #include "system/measured_pose.h"
 
 namespace highwall {
 
 // Returns the poses of a world with each held by its image and by its neighbours in time: a factor
-// graph of measured poses and of white noise on the acceleration between them (WhiteAcceleration),
-// whose densities it estimates from the poses themselves. Poses without information stay as they
-// are; across gaps nothing holds. Linear in the number of poses, in windows of bounded memory.
-// poses: by stamp. (docs/tracking.md, Smoothing)
-std::vector<Pose> SmoothPoses(std::span<const MeasuredPose> poses);
+// graph of measured poses and, between them, of white noise on the acceleration
+// (WhiteAcceleration), whose densities it estimates from the poses themselves, or of the readings
+// of an IMU (ImuGravityFactor). Across gaps nothing holds. Linear in the number of poses, in
+// windows of bounded memory. poses: by stamp. gravity_W: [m/s^2] empty: readings are not used.
+// Empty where a pose is not smoothed. (docs/tracking.md, Smoothing)
+std::vector<std::optional<Pose>> SmoothPoses(
+    std::span<const MeasuredPose> poses,
+    const std::optional<Eigen::Vector3d>& gravity_W = std::nullopt);
 
 }  // namespace highwall

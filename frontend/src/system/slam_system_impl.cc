@@ -292,16 +292,20 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked,
   }
   lost_for_.reset();
   if (!inertial_ && !result.repeated) FollowSharpness(*tracked.frame.features);
-  tracked_.Add({result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC), information},
-               map_.keyframe(map_.ActiveKeyFrameOf(tracked.reference)->first)->submap);
+  PosedFrame posed{result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC),
+                   information};
+  if (inertial_) {
+    if (tracked.by_image) posed.by_image = image_pose_;
+    posed.readings = ReadingsFromBefore();
+  }
+  tracked_.Add(posed, map_.keyframe(map_.ActiveKeyFrameOf(tracked.reference)->first)->submap);
   refiner_.Add(tracked, tracked_.frames().back(), tracker_.moved_by(), depth_pattern_.pattern(),
                last_keyframe_);
 }
 
 std::optional<ImageInformation> SlamSystem::Impl::InformationOf(const TrackedFrame& tracked) const {
-  const bool by_imu = inertial_ && inertial_->T_WC();
-  const bool begins_map = submap_keyframes_ == 0;
-  if (by_imu || begins_map) return std::nullopt;
+  if (submap_keyframes_ == 0) return std::nullopt;
+  if (tracked.state != TrackingState::kTracking) return ImageInformation(ImageInformation::Zero());
   return InformationInCamera(tracked.information, tracked.T_WC);
 }
 
@@ -483,7 +487,7 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
   refiner_.FinishAll(map_, Knowledge(), tracked_.mutable_frames());
   if (options_.refinement.smooth) {
     const StageTimer smoothing(profile_, "smoothing of frames");
-    tracked_.Smooth(map_);
+    tracked_.Smooth(map_, inertial_ ? std::optional(inertial_->T_BC()) : std::nullopt);
   }
   Notify(reports);
   if (moved || MoveKeyframes(reports)) NotifyMoved();

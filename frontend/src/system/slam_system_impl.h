@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -124,8 +123,9 @@ class SlamSystem::Impl {
   // from their images. Returns the motion of the tracker's
   // reference.
   Pose ForgetImu();
-  // Keeps the pose of a frame from its image alone.
-  void KeepImagePose(const TrackedFrame& tracked);
+  // Returns the readings of the IMU from the frame before to the newest one; null if they are not
+  // all there.
+  std::shared_ptr<const ReadingsBetween> ReadingsFromBefore();
   LossReason ReasonOf(const TrackedFrame& lost) const;
   bool WantsKeyFrame(const TrackedFrame& tracked);
   // Returns whether a keyframe that is due waits until the running adjustment ends.
@@ -203,7 +203,11 @@ class SlamSystem::Impl {
   double imu_constrained_time_ = 0.0;  // [s] covered by IMU factors since the last keyframe
   double weighed_ = 0.0;               // the same, each interval times its weight
   Stamp last_fused_ = 0;
-  std::deque<PosedFrame> image_poses_;  // of fused frames, from their images alone
+  std::optional<AnchoredPose> image_pose_;  // of the newest frame, if `pose` is fused with the IMU
+  struct FusedStamps {
+    Stamp image = 0, imu = 0;  // each of its clock
+  };
+  std::optional<FusedStamps> fused_before_;  // of the last frame with a pose
 };
 
 template <class Change>

@@ -112,7 +112,8 @@ class FrameRefiner::Job {
     if (!knowledge_.timing) return false;
     RowMotion now{*knowledge_.timing, item.moved_by.motion};
     now.timing.depth_delay += item.frame.frame.depth_delay;
-    if (i > 0 && i + 1 < items_.size()) {
+    // The readings of an IMU state the motion better than poses do.
+    if (!item.posed.readings && i > 0 && i + 1 < items_.size()) {
       if (const auto motion = MotionBetween(items_[i - 1], items_[i + 1])) now.motion = *motion;
     }
     auto& features = item.frame.frame.features;
@@ -230,7 +231,7 @@ void FrameRefiner::Start(const Map& map, const ImageKnowledge& knowledge, std::s
   std::set<KeyFrameId> around;
   for (Item& item : items) {
     item.root = *map.RootOf(item.posed.pose.reference);
-    item.frame.T_WC = item.posed.pose.T_WC(map);
+    item.frame.T_WC = item.posed.measured().T_WC(map);
     if (!item.refine) continue;
     int most = tracker_.local_keyframes;
     for (const auto& [id, shared] : map.Observers(item.frame)) {
@@ -255,7 +256,8 @@ void FrameRefiner::Finish(const Map& map, std::vector<PosedFrame>* frames) {
     if (frame == frames->end() || frame->stamp != found.stamp) continue;  // dropped
     // The frame stays anchored to the keyframe of its time: a younger keyframe, though it shares
     // more landmarks by now, may not have been adjusted yet.
-    frame->pose = AnchoredPose::At(map, frame->pose.reference, found.pose.T_WC(map));
+    AnchoredPose& pose = frame->measured();
+    pose = AnchoredPose::At(map, pose.reference, found.pose.T_WC(map));
     frame->information = found.information;
     ++refined_;
     if (before_ && before_->stamp == found.stamp) before_ = *frame;

@@ -35,8 +35,8 @@ struct FrameRefinerParameters {
 // Non-keyframe refinement: re-estimates poses of frames after the map around them has grown and
 // been adjusted, against landmarks that did not exist before, with the depth corrected by the
 // current estimate, and with rolling-shutter compensation by the motion from the preceding to the
-// following frame. Only poses estimated from images alone are refined; keyframes are left to the
-// adjustments. Works on copies, in batches of frames. (docs/tracking.md)
+// following frame. Of frames with an IMU it is the pose by the image alone that is refined;
+// keyframes are left to the adjustments. Works on copies, in batches of frames. (docs/tracking.md)
 class FrameRefiner {
  public:
   // model: must outlive the refiner. camera: with its distortion. background: on a thread of its

@@ -22,7 +22,7 @@ struct TrackedFrame : PerKind<LandmarkIds> {
   Frame frame;
   TrackingState state = TrackingState::kLost;
   bool relocalized = false;        // pose found by relocalization
-  bool by_image = false;           // pose estimated from its image alone: no IMU, no adjustment
+  bool by_image = false;           // pose estimated from its image, and not adjusted since
   Pose T_WC;                       // meaningful where HasPose(state)
   KeyFrameId reference = kNoId;    // the keyframe that shares most landmarks
   SubmapId submap = kFirstSubmap;  // that a keyframe made of it joins

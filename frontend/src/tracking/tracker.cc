@@ -82,7 +82,7 @@ TrackingResult Tracker::Track(const Frame& seen, const Map& map,
   }
   anchored_.reset();
   tracked.state = TrackingState::kTracking;
-  tracked.by_image = !predicted;
+  tracked.by_image = true;
   state_.last = tracked;
   result.frame = tracked;
   // A pose by direct alignment gives no information about landmarks.

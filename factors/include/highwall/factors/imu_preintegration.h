@@ -85,6 +85,7 @@ class ImuPreintegration {
   Stamp start() const { return samples_.front().stamp; }
   Stamp end() const { return samples_.back().stamp; }
   std::span<const ImuSample> samples() const { return samples_; }
+  const ImuPreintegrationOptions& options() const { return options_; }
 
   // Predicts the state at the end from the state at the start. gravity_W [m/s^2].        Eq. 8
   ImuState Predict(const ImuState& start, const ImuBias& bias,

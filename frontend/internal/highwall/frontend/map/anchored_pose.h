@@ -1,11 +1,15 @@
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
+#include <highwall/factors/imu_buffer.h>
+#include <highwall/factors/imu_preintegration.h>
 #include <highwall/frontend/map/map.h>
 
 namespace [[gnu::visibility("default")]] highwall {
@@ -41,13 +45,29 @@ inline ImageInformation InformationInCamera(const Eigen::Matrix<double, 6, 6>& i
   return RotatedInformation(information, T_WC.R().transpose()).cast<float>();
 }
 
+// Readings of an IMU from a frame to the next one with a pose.
+struct ReadingsBetween {
+  Stamp before = 0;                // of the frame at their start
+  std::vector<ImuSample> samples;  // from there to the frame at their end, in the IMU's clock
+  ImuNoise noise{};                // of these readings
+  double weight = 1.0;             // > 0, of their factor
+  ImuBias bias = ImuBias::Zero(), bias_sigma = ImuBias::Ones();  // at their end
+};
+
 // A frame with a pose.
 struct PosedFrame {
   Stamp stamp = 0;
   AnchoredPose pose;
-  // Zero where the image states nothing; empty where the pose is known by other means (an IMU, the
-  // beginning of a map), so that it is kept.
+  // Of `by_image` where there is one, else of `pose`. Zero where the image states nothing; empty at
+  // the beginning of a map, where the pose is known.
   std::optional<ImageInformation> information{};
+  std::optional<AnchoredPose>
+      by_image{};  // where `pose` is fused with an IMU, and its image has one
+  std::shared_ptr<const ReadingsBetween> readings{};  // since the frame before
+
+  // Returns the pose that its image alone states, where there is one.
+  AnchoredPose& measured() { return by_image ? *by_image : pose; }
+  const AnchoredPose& measured() const { return by_image ? *by_image : pose; }
 };
 
 }  // namespace highwall
