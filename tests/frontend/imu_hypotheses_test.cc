@@ -3,6 +3,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -98,6 +99,26 @@ TEST(JudgeImu, FindsNothingWithinTheTolerancesOfACalibration) {
 
 TEST(JudgeImu, ConfirmsARightConfigurationInMotion) {
   EXPECT_EQ(JudgementOf(Record(1)).agreement, ImuAgreement::kConsistent);
+}
+
+// An image determines a rotation about what it sees poorly, so that its errors of rotation and
+// position fit a lever arm as long as the depth.
+TEST(JudgeImu, FindsNothingWhereImagesConfuseRotationAndTranslation) {
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    for (const double sigma : {5e-4, 1e-3, 2e-3}) {
+      Recording recording = Record(seed, 0.1, 10.0);
+      const Eigen::Vector3d seen_C(0.0, 0.0, 8.0);
+      std::mt19937 random(seed);
+      std::normal_distribution<double> error(0.0, sigma);
+      for (StampedPose& p : recording.poses) {
+        const Eigen::Quaterniond turn =
+            so3::Exp({error(random), error(random), 0.1 * error(random)});
+        p.pose = p.pose * Pose(turn, seen_C - turn * seen_C);
+      }
+      const ImuJudgement judgement = JudgementOf(recording);
+      EXPECT_LT(judgement.agreement, ImuAgreement::kUnconfirmed) << seed << " " << sigma;
+    }
+  }
 }
 
 TEST(JudgeImu, IsUndecidedAtRest) {

@@ -248,13 +248,8 @@ std::vector<ImuAlignment::Turn> ImuAlignment::Turns(const ClockRelation& clock) 
   return turns;
 }
 
-std::vector<ImuAlignment::Arc> ImuAlignment::Arcs(const ClockRelation& clock) const {
-  struct Interval {
-    bool usable = false;
-    double middle = 0.0, duration = 0.0;
-    Eigen::Matrix3d R_WC = Eigen::Matrix3d::Identity();
-    Eigen::Vector3d force = Eigen::Vector3d::Zero();
-  };
+std::vector<ImuAlignment::Interval> ImuAlignment::Intervals(const ClockRelation& clock) const {
+  const Eigen::Matrix3d A = Gyroscope(clock).Free();
   std::vector<Interval> intervals;
   for (std::size_t i = 0; i + 1 < poses_.size(); ++i) {
     const CameraPose &a = poses_[i], &b = poses_[i + 1];
@@ -266,39 +261,47 @@ std::vector<ImuAlignment::Arc> ImuAlignment::Arcs(const ClockRelation& clock) co
     }
     const Eigen::Vector3d turn =
         so3::Log(Eigen::Quaterniond(Eigen::Matrix3d(a.R_WC.transpose() * b.R_WC)));
-    intervals.push_back({true, 0.5 * (a.time + b.time), duration,
-                         a.R_WC * so3::Exp(0.5 * turn).toRotationMatrix(),
-                         body->tail<3>() / duration});
+    intervals.push_back(
+        {true, 0.5 * (a.time + b.time), duration, a.R_WC * so3::Exp(0.5 * turn).toRotationMatrix(),
+         so3::Exp(A * body->head<3>()).toRotationMatrix(), body->tail<3>() / duration});
   }
+  return intervals;
+}
+
+std::optional<ImuAlignment::Arc> ImuAlignment::ArcOf(std::size_t i, std::size_t j, std::size_t k,
+                                                     std::span<const Interval> intervals) const {
+  const CameraPose &a = poses_[i], &b = poses_[j], &c = poses_[k];
+  const double before = b.time - a.time, after = c.time - b.time;
+  Arc arc{.pose = i, .y = (c.p_WC - b.p_WC) / after - (b.p_WC - a.p_WC) / before};
+  Eigen::Matrix3d to_b = Eigen::Matrix3d::Identity(), from_b = to_b;  // rotations a to b, b to c
+  for (std::size_t m = i; m < k; ++m) {
+    const Interval& interval = intervals[m];
+    if (!interval.usable) return std::nullopt;
+    const double w = interval.duration * (m < j ? (interval.middle - a.time) / before
+                                                : (c.time - interval.middle) / after);
+    for (int axis = 0; axis < 3; ++axis) {
+      arc.X.middleCols<3>(3 * axis) += w * interval.R_WC.col(axis) * interval.force.transpose();
+    }
+    arc.X.rightCols<3>() += w * interval.R_WC;
+    arc.weight += w;
+    (m < j ? to_b : from_b) *= interval.turn;
+  }
+  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+  arc.X.middleCols<3>(9) = b.R_WC * ((from_b - I) / after - (I - to_b.transpose()) / before);
+  arc.X.middleCols<3>(12) = arc.weight * I;
+  return arc;
+}
+
+std::vector<ImuAlignment::Arc> ImuAlignment::Arcs(const ClockRelation& clock) const {
+  const std::vector<Interval> intervals = Intervals(clock);
   std::vector<Arc> arcs;
   for (std::size_t i = 0; i < poses_.size();) {
     const std::size_t j = After(i, kArc);
     const std::size_t k = j < poses_.size() ? After(j, kArc) : j;
-    const std::size_t next = After(i, kTurnSpan);
-    if (k < poses_.size()) {
-      const double before = poses_[j].time - poses_[i].time;
-      const double after = poses_[k].time - poses_[j].time;
-      AccelerometerFit::Row X = AccelerometerFit::Row::Zero();
-      double weights = 0.0;
-      bool usable = !poses_[i].skips_arc;
-      for (std::size_t m = i; m < k; ++m) {
-        const Interval& interval = intervals[m];
-        usable = usable && interval.usable;
-        if (!usable) break;
-        const double w = interval.duration * (m < j ? (interval.middle - poses_[i].time) / before
-                                                    : (poses_[k].time - interval.middle) / after);
-        for (int axis = 0; axis < 3; ++axis) {
-          X.middleCols<3>(3 * axis) += w * interval.R_WC.col(axis) * interval.force.transpose();
-        }
-        X.rightCols<3>() += w * interval.R_WC;
-        weights += w;
-      }
-      const CameraPose &a = poses_[i], &b = poses_[j], &c = poses_[k];
-      X.middleCols<3>(9) = (c.R_WC - b.R_WC) / after - (b.R_WC - a.R_WC) / before;
-      X.middleCols<3>(12) = weights * Eigen::Matrix3d::Identity();
-      const Eigen::Vector3d y = (c.p_WC - b.p_WC) / after - (b.p_WC - a.p_WC) / before;
-      if (usable) arcs.push_back({i, y, X, weights});
+    if (k < poses_.size() && !poses_[i].skips_arc) {
+      if (const auto arc = ArcOf(i, j, k, intervals)) arcs.push_back(*arc);
     }
+    const std::size_t next = After(i, kTurnSpan);
     i = next < poses_.size() ? next : i + 1;
   }
   return arcs;

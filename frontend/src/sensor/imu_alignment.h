@@ -135,14 +135,30 @@ class ImuAlignment {
     Eigen::Vector3d camera, body;
     double duration = 0.0;
   };
+  // Between a pose and the next one.
+  struct Interval {
+    bool usable = false;
+    double middle = 0.0, duration = 0.0;                 // [s]
+    Eigen::Matrix3d R_WC = Eigen::Matrix3d::Identity();  // in the middle, by the images
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  // by the gyroscope, in C
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();     // mean reading [m/s^2]
+  };
   struct Arc {
     std::size_t pose = 0;
     Eigen::Vector3d y;
-    AccelerometerFit::Row X;
+    AccelerometerFit::Row X = AccelerometerFit::Row::Zero();
     double weight = 0.0;
   };
   std::vector<Turn> Turns(const ClockRelation& clock) const;
   std::vector<Arc> Arcs(const ClockRelation& clock) const;
+  // How the camera turns is taken from the gyroscope, by the axes that fit the images best,
+  // whatever is configured. An image's errors of rotation and position are those of a rotation
+  // about what it sees: rotations of the images would explain the errors of the positions by a
+  // lever arm as long as the depth.
+  std::vector<Interval> Intervals(const ClockRelation& clock) const;
+  // Of poses i < j < k; empty if readings are missing.
+  std::optional<Arc> ArcOf(std::size_t i, std::size_t j, std::size_t k,
+                           std::span<const Interval> intervals) const;
 
   struct CameraPose {
     double time = 0.0;  // [s] since the first reading
