@@ -184,6 +184,8 @@ std::vector<Fault> Faults() {
        readings([](ImuSample& s) { s.gyroscope /= kDegree; })},
       {"radians twice", SensorFault::kImuScale, "once too often",
        readings([](ImuSample& s) { s.gyroscope *= kDegree; })},
+      {"55 ms ahead", SensorFault::kImuClock, "ahead",
+       readings([](ImuSample& s) { s.stamp += 55'000'000; })},
       {"100 ms ahead", SensorFault::kImuClock, "ahead",
        readings([](ImuSample& s) { s.stamp += 100'000'000; })},
       {"200 ms behind", SensorFault::kImuClock, "behind",

@@ -21,8 +21,9 @@ using Matrix3 = Eigen::Matrix3d;
 using Vector3 = Eigen::Vector3d;
 
 constexpr int kFewest = 15;  // rotations of 0.1 s, or changes of velocity
-// [s] of the offset of the clocks: what the online estimate finds by itself; what is searched.
-constexpr double kNearOffset = 0.05, kFarOffset = 0.5;
+// [s] of the offset of the clocks: what the online estimate copes with from the beginning; what any
+// reading is granted; what is searched.
+constexpr double kToleratedOffset = 0.03, kNearOffset = 0.05, kFarOffset = 0.5;
 constexpr double kNearStep = 0.01, kFarStep = 0.02;
 // Least excess of the squared residuals over those of the free fit, in variances: chi-squared with
 // nine degrees of freedom exceeds 28 once in a thousand; the rest is for errors of poses that last.
@@ -195,34 +196,41 @@ class Judge {
            Share(excess, ExplainedByFree()) > strictness_ * kWrong * kWrong;
   }
 
+  // [s] Deviation from the configured offset, without the rounding of the steps.
+  double OffsetOf(const Clocked& clocked) const {
+    return std::abs(clocked.clock.offset - calibration_.time_offset) - 0.1 * kNearStep;
+  }
+
   bool IsClockContradicted() const {
-    constexpr double kFarther = 0.01;  // [s]
-    const Clocked& near = Best(configured_.gyroscope, near_);
+    constexpr double kBetter = 1.3;  // of squared residuals, beyond what is tolerated
+    std::vector<Clocked> tolerated = near_;
+    std::erase_if(tolerated, [&](const Clocked& c) { return OffsetOf(c) > kToleratedOffset; });
+    const Clocked& near = Best(configured_.gyroscope, tolerated);
     const Clocked& far = Best(configured_.gyroscope, far_);
-    const double offset = far.clock.offset - calibration_.time_offset;
-    return std::abs(offset) > kNearOffset + kFarther &&
+    return OffsetOf(far) > kToleratedOffset &&
            IsBetterClock(
                near, far,
-               far.fit.size() >= 2 * kFewest ? kSignificantLongOffset : kSignificantOffset) &&
+               far.fit.size() >= 2 * kFewest ? kSignificantLongOffset : kSignificantOffset,
+               kBetter) &&
            Share(Excess(far, R_CB()), ExplainedByFree()) < kRight * kRight;
   }
 
-  // Whether images and readings agree by the clock b, and much less by a. variances: of the excess.
-  bool IsBetterClock(const Clocked& a, const Clocked& b, double variances) const {
-    constexpr double kMuchBetter = 1.5;  // of squared residuals
+  // Whether images and readings agree by the clock b, and less by a. variances: of the excess.
+  // ratio: of the squared residuals.
+  bool IsBetterClock(const Clocked& a, const Clocked& b, double variances, double ratio) const {
     const double better = (Mean(a, R_CB()) - Mean(b, R_CB())) * b.fit.size();
     const double variance = std::min(b.fit.Variance(), free_->fit.Variance());
     const double least = b.fit.Squared(b.fit.Free()), explained = b.fit.Signal() - least;
     return explained > kUnexplained * b.fit.Signal() &&
            Share(b.fit.Squared(R_CB()) - least, explained) < kRight * kRight &&
-           better > strictness_ * variances * variance &&
-           Mean(a, R_CB()) > kMuchBetter * Mean(b, R_CB());
+           better > strictness_ * variances * variance && Mean(a, R_CB()) > ratio * Mean(b, R_CB());
   }
 
   // A clock that runs at another pace: as if a sensor of 208 Hz were stamped with 200 Hz. Its
   // offset in the middle of the poses is about that which fits best at the same pace.
   bool IsPaceContradicted() {
     constexpr double kSpan = 0.03, kStep = 0.01;  // [s]
+    constexpr double kMuchBetter = 1.5;           // there are many paces
     const Clocked& same = Best(R_CB(), far_);
     std::optional<Clocked> best;
     for (const double pace : {0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.1}) {
@@ -236,7 +244,7 @@ class Judge {
         }
       }
     }
-    if (!best || !IsBetterClock(same, *best, kSignificantLongOffset)) return false;
+    if (!best || !IsBetterClock(same, *best, kSignificantLongOffset, kMuchBetter)) return false;
     rate_ = best->clock.rate;
     return true;
   }
