@@ -87,8 +87,8 @@ TEST_P(DepthAtTimeOfDirection, LateDepthBecomesThatOfTheMiddleRow) {
       after = std::max(after, std::abs(static_cast<double>(moved.at<float>(v, u)) - z));
     }
   }
-  // The plane rises by up to 4 mm a pixel, and a reading is half a pixel off; the second-order error
-  // of the motion, which is larger on the side that is read last, is below a pixel.
+  // The plane rises by up to 4 mm a pixel, and a reading is half a pixel off; the second-order
+  // error of the motion, which is larger on the side that is read last, is below a pixel.
   EXPECT_LT(after, 5e-3);
   EXPECT_GT(before, 15e-3);
 }
