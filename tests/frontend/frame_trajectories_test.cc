@@ -91,6 +91,38 @@ TEST(ImageInformation, IsThatOfTheSameStepInTheCamera) {
   }
 }
 
+TEST(ImageInformation, OfABodyIsThatOfTheStepOfItsCamera) {
+  std::mt19937 rng(4);
+  for (int i = 0; i < 20; ++i) {
+    Matrix6 root;
+    for (int k = 0; k < 6; ++k) root.col(k) << Random(rng, 3.0), Random(rng, 3.0);
+    const ImageInformation of_camera = (root.transpose() * root).cast<float>();
+    const Pose T_BC = Pose::FromTangent(Random(rng, 1.0), Random(rng, 1.7));
+    constexpr double kStep = 1e-5;  // of the body, in B: second order is 1e-5 of it
+    const Eigen::Vector3d translation = Random(rng, 1.0), rotation = Random(rng, 1.0);
+    const Pose T_BB =
+        Pose(so3::Exp(kStep * rotation), kStep * translation);  // from the body before to after
+    const Pose T_CC = T_BC.Inverse() * T_BB * T_BC;
+    Eigen::Matrix<double, 6, 1> of_body, step;
+    of_body << translation, rotation;
+    step << T_CC.p() / kStep, so3::Log(T_CC.q()) / kStep;
+    const double expected = step.dot(of_camera.cast<double>() * step);
+    const Matrix6 in_body = InformationOfBody(of_camera, T_BC).cast<double>();
+    EXPECT_NEAR(of_body.dot(in_body * of_body), expected, 1e-3 * (1.0 + expected)) << i;
+  }
+}
+
+TEST(FrameTrajectories, ThePoseOfAnImuThatIsNotUsedDoesNotCount) {
+  TwoWorlds without, with;
+  without.trajectories.Smooth(without.map, std::nullopt);
+  with.trajectories.Smooth(with.map, Pose::FromTangent({5, 0, 0}, {0, 1, 0}));
+  const Trajectory expected = without.Of(0), frames = with.Of(0);
+  ASSERT_EQ(frames.size(), expected.size());
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    EXPECT_EQ((frames[i].pose.p() - expected[i].pose.p()).norm(), 0.0) << i;
+  }
+}
+
 TEST(FrameTrajectories, EachWorldIsSmoothedByItself) {
   TwoWorlds worlds;
   worlds.trajectories.Smooth(worlds.map, std::nullopt);

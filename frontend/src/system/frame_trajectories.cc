@@ -4,21 +4,10 @@
 #include <functional>
 #include <utility>
 
-#include <highwall/core/so3.h>
-
 #include "system/pose_smoother.h"
 
 namespace highwall {
 namespace {
-
-// The information of a pose of the camera as that of a pose of the body.
-ImageInformation InformationOfBody(const ImageInformation& of_camera, const Pose& T_BC) {
-  const Eigen::Matrix3d R_CB = T_BC.R().transpose();
-  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
-  J.topLeftCorner<3, 3>() = J.bottomRightCorner<3, 3>() = R_CB;
-  J.topRightCorner<3, 3>() = -R_CB * so3::Hat(T_BC.p());
-  return (J.transpose() * of_camera.cast<double>() * J).cast<float>();
-}
 
 MeasuredPose Measured(const PosedFrame& frame, const Map& map, const std::optional<Pose>& T_BC) {
   const Pose T_WC = frame.measured().T_WC(map);
@@ -49,21 +38,27 @@ void FrameTrajectories::Smooth(const Map& map, const std::optional<Pose>& T_BC) 
     smoothed_.push_back(frames_[i].pose);
   }
   for (const auto& [root, indices] : by_root) {
+    const std::optional<Eigen::Vector3d>& gravity_W = map.gravity_W(root);
+    // Not the body of an IMU that is not used, whose T_BC may be wrong.
+    const bool has_readings = gravity_W && std::ranges::any_of(indices, [&](std::size_t i) {
+                                return frames_[i].readings != nullptr;
+                              });
+    const std::optional<Pose> T_body_C = has_readings ? T_BC : std::nullopt;
     std::vector<MeasuredPose> measured;
     measured.reserve(indices.size());
     for (const std::size_t i : indices) {
       const bool follows = !measured.empty();
-      measured.push_back(Measured(frames_[i], map, T_BC));
+      measured.push_back(Measured(frames_[i], map, T_body_C));
       const auto& readings = frames_[i].readings;
       if (follows && readings && readings->before == measured.rbegin()[1].stamp) {
         measured.back().readings = readings;
       }
     }
-    const std::vector<std::optional<Pose>> T_WB = SmoothPoses(measured, map.gravity_W(root));
+    const std::vector<std::optional<Pose>> T_WB = SmoothPoses(measured, gravity_W);
     for (std::size_t k = 0; k < indices.size(); ++k) {
       if (!T_WB[k]) continue;
       AnchoredPose& pose = smoothed_[indices[k]];
-      pose = AnchoredPose::At(map, pose.reference, T_BC ? *T_WB[k] * *T_BC : *T_WB[k]);
+      pose = AnchoredPose::At(map, pose.reference, T_body_C ? *T_WB[k] * *T_body_C : *T_WB[k]);
     }
   }
 }

@@ -67,12 +67,10 @@ std::vector<Pose> SmoothByReadings(std::span<const MeasuredPose> poses, const Mo
   SolveOptions options;
   options.max_iterations = 20;
   options.linear_solver = LinearSolver::kSparseCholesky;
-  const bool usable = graph.Solve(options).IsUsable();
+  if (!graph.Solve(options).IsUsable()) return {};
   std::vector<Pose> smoothed;
   smoothed.reserve(poses.size());
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    smoothed.push_back(usable ? graph.Value(states[i].T_WB) : poses[i].T_WB);
-  }
+  for (const BodyState& state : states) smoothed.push_back(graph.Value(state.T_WB));
   return smoothed;
 }
 

@@ -3,7 +3,10 @@
 #include <memory>
 #include <optional>
 
+#include <Eigen/Core>
+
 #include <highwall/core/pose.h>
+#include <highwall/core/so3.h>
 #include <highwall/core/stamp.h>
 #include <highwall/frontend/map/anchored_pose.h>
 
@@ -17,5 +20,14 @@ struct MeasuredPose {
   std::optional<ImageInformation> information{};      // as in PosedFrame, in B
   std::shared_ptr<const ReadingsBetween> readings{};  // since the pose before
 };
+
+// Converts the information of a pose of the camera to that of a pose of the body it is fixed to.
+inline ImageInformation InformationOfBody(const ImageInformation& of_camera, const Pose& T_BC) {
+  const Eigen::Matrix3d R_CB = T_BC.R().transpose();
+  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
+  J.topLeftCorner<3, 3>() = J.bottomRightCorner<3, 3>() = R_CB;
+  J.topRightCorner<3, 3>() = -R_CB * so3::Hat(T_BC.p());
+  return (J.transpose() * of_camera.cast<double>() * J).cast<float>();
+}
 
 }  // namespace highwall

@@ -61,8 +61,8 @@ struct PosedFrame {
   // Of `by_image` where there is one, else of `pose`. Zero where the image states nothing; empty at
   // the beginning of a map, where the pose is known.
   std::optional<ImageInformation> information{};
-  std::optional<AnchoredPose>
-      by_image{};  // where `pose` is fused with an IMU, and its image has one
+  // Where `pose` is fused with an IMU: that of the image alone, if it has one.
+  std::optional<AnchoredPose> by_image{};
   std::shared_ptr<const ReadingsBetween> readings{};  // since the frame before
 
   // Returns the pose that its image alone states, where there is one.
