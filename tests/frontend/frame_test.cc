@@ -164,6 +164,10 @@ TEST(FrameBuilder, DepthNoiseGrowsWithTheSpreadAroundACorner) {
 
 TEST(FrameBuilder, DepthNoiseGrowsWithTheFactorOfItsReading) {
   RgbdImage image = Boxes();
+  // A plane: the inverse depth is affine in the pixel, so that all readings beside a line fit.
+  for (int u = 0; u < 320; ++u) {
+    image.depth.col(u).setTo(1.0 / (1.0 / 3.0 + 0.0005 * u));
+  }
   const auto build = [](const RgbdImage& of) {
     return FrameBuilder(SmallSensor(), {}, nullptr, nullptr, true, 0.0).Build(of);
   };
