@@ -343,7 +343,8 @@ void AddMapCommand(CLI::App& app, CommandAction& action) {
   command->add_flag("--json", arguments->json, "One JSON object on standard output");
   command->footer(
       "Example:\n  highwall map run --resolution 0.02 --out map\n"
-      "  highwall map compare map/cloud.ply reference.ply");
+      "  highwall map compare map/cloud.ply mine/surface.ply --seen-by mine \\\n"
+      "      --align run/trajectory.txt mine/groundtruth.txt");
   AddMapCompareCommand(*command, action);
   command->callback([command, arguments, &action] {
     if (!command->get_subcommands().empty()) return;

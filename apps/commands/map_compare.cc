@@ -213,7 +213,10 @@ void AddMapCompareCommand(CLI::App& map, CommandAction& action) {
                    "Trajectory of the map and of the reference: lays one on the other")
       ->expected(2);
   command->add_flag("--json", arguments->json, "One JSON object on standard output");
-  command->footer("Example:\n  highwall map compare map/cloud.ply mine/surface.ply --seen-by mine");
+  // A run has its own frame: without --align its map would lie beside the reference.
+  command->footer(
+      "Example:\n  highwall map compare map/cloud.ply mine/surface.ply --seen-by mine \\\n"
+      "      --align run/trajectory.txt mine/groundtruth.txt");
   command->callback(
       [arguments, &action] { action = [arguments] { return RunCompare(*arguments); }; });
 }
