@@ -84,8 +84,15 @@ TEST(StampCheck, WholeStampsOneApartFromZeroAreFrameNumbers) {
   std::vector<Stamp> with_gap = Regular(1.0);
   with_gap.erase(with_gap.begin() + 20, with_gap.begin() + 25);
   EXPECT_EQ(OnlyFinding(with_gap).kind, StampFindingKind::kFrameNumbers);
-  EXPECT_TRUE(CheckStamps(Regular(1.0, 60, 1'000'500'000)).empty()) << "a time lapse";
-  EXPECT_TRUE(CheckStamps(Regular(1.0, 60, kDate * 1'000'000'000)).empty()) << "another";
+}
+
+TEST(StampCheck, ATimeLapseIsKnownByItsDateOrFractions) {
+  EXPECT_TRUE(CheckStamps(Regular(1.0, 60, 1'000'500'000)).empty()) << "half seconds";
+  EXPECT_TRUE(CheckStamps(Regular(1.0, 60, kDate * 1'000'000'000)).empty()) << "since 1970";
+  EXPECT_TRUE(CheckStamps(Regular(1.0, 60, 100'000'000 * 1'000'000'000LL)).empty())
+      << "since another day";
+  // Without either it cannot be told from frame numbers: the remedy leaves the choice to the user.
+  EXPECT_NE(OnlyFinding(Regular(1.0)).remedy.find("once a second"), std::string::npos);
 }
 
 TEST(StampCheck, CountsEqualAndDecreasingStamps) {

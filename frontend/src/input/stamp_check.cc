@@ -158,7 +158,8 @@ std::vector<StampFinding> CheckStamps(std::span<const Stamp> stamps,
   if (AreFrameNumbers(stamps, intervals)) {
     findings.push_back({StampFindingKind::kFrameNumbers,
                         "stamps are likely frame numbers: they are whole and one apart",
-                        "divide them by the frame rate to have seconds"});
+                        "divide them by the frame rate to have seconds; if images were taken once "
+                        "a second, they are right"});
     return findings;
   }
   CheckUnit(stamps, interval, &findings);

@@ -27,8 +27,10 @@ struct StampFinding {
 // Checks the stamps of the frames of a recording, in their order; depth_delays [ns]: of the depth
 // images after their colour images, in the same order, or empty. A camera takes 1 to 240 images per
 // second, and its intervals are equal except for frames that are left out: the unit is judged by
-// their median. Frames a second apart from a stamp near zero on are frame numbers; others may be a
-// time lapse. The result is empty if there is nothing to say, and for fewer than ten frames.
+// their median. Frames a second apart from a stamp near zero on are frame numbers, or a time lapse
+// whose clock began at zero: nothing in the stamps tells which, and the remedy names both. From a
+// date on they are a time lapse. The result is empty if there is nothing to say, and for fewer than
+// ten frames.
 std::vector<StampFinding> CheckStamps(std::span<const Stamp> stamps,
                                       std::span<const Stamp> depth_delays = {});
 
