@@ -19,6 +19,9 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 // as a fraction of the mean cost of a landmark.
 constexpr int kMaxSteps = 10;
 constexpr double kWorthAStep = 1e-3;
+// Factors of a landmark's damping after a step that failed and after one that did not.
+constexpr double kAfterFailure = 100.0;
+constexpr double kAfterSuccess = 0.3;
 
 bool Plus(const LandmarkProblem::Block& block, const double* x, const double* delta, double* out) {
   if (block.manifold != nullptr) return block.manifold->Plus(x, delta, out);
@@ -83,6 +86,7 @@ VariableProjection::VariableProjection(LandmarkProblem problem, double damping,
     state->x.resize(size);
     state->landmarks.resize(value);
     state->costs.resize(problem_.landmarks.size());
+    state->damping.assign(problem_.landmarks.size(), damping_);
     state->feedback.resize(feedback);
     state->H.resize(columns, columns);
     state->g.resize(columns);
@@ -248,33 +252,47 @@ template <int kDim>
 bool VariableProjection::FitLandmark(std::size_t index, double* value,
                                      LandmarkNormal<kDim>* normal) const {
   const LandmarkProblem::Landmark& landmark = problem_.landmarks[index];
-  const LandmarkProblem::Block& block = landmark.block;
+  double& damping = memory_.trial.damping[index];
   if (!memory_.accepted.valid) {
-    std::copy_n(block.values, block.size, value);
+    std::copy_n(landmark.block.values, landmark.block.size, value);
     memory_.begins = true;
-    const bool done = Linearize<kDim>(landmark, value, normal);
+    const bool done = Linearize<kDim>(landmark, value, damping, normal);
     memory_.begins = false;
     if (!done) return false;
     // Without unknowns it is refined immediately: there may be no step of the unknowns.
     return memory_.layouts[index].coupled > 0 || Descend<kDim>(landmark, value, normal);
   }
-  const double* const before = &memory_.accepted.landmarks[memory_.layouts[index].value];
+  damping = std::max(damping_, kAfterSuccess * memory_.accepted.damping[index]);
   Follow<kDim>(index, value);
-  const bool followed = Linearize<kDim>(landmark, value, normal);
+  const bool followed = Linearize<kDim>(landmark, value, damping, normal);
   // After a failed first trial the old landmark may be better: with shorter and shorter steps of
   // the unknowns the cost then converges to its previous value.
   if (!followed || (memory_.trials > 1 && normal->cost > memory_.accepted.costs[index])) {
-    const double cost = followed ? normal->cost : std::numeric_limits<double>::infinity();
-    const bool stayed = Linearize<kDim>(landmark, before, normal);
-    if (!stayed && !followed) return false;
-    if (stayed && normal->cost <= cost) {
-      std::copy_n(before, block.size, value);
-    } else if (!Linearize<kDim>(landmark, value, normal)) {
-      return false;
-    }
+    if (!Stay<kDim>(index, value, followed, normal)) return false;
   }
   if (damping_ > 0.0 && followed) return true;
   return Descend<kDim>(landmark, value, normal);
+}
+
+// Sets the landmark back to its accepted value, with more damping, unless following the unknowns,
+// if that was possible, costs less.
+template <int kDim>
+bool VariableProjection::Stay(std::size_t index, double* value, bool followed,
+                              LandmarkNormal<kDim>* normal) const {
+  const LandmarkProblem::Landmark& landmark = problem_.landmarks[index];
+  const double* const before = &memory_.accepted.landmarks[memory_.layouts[index].value];
+  double& damping = memory_.trial.damping[index];
+  const double damping_if_followed = damping;
+  const double cost = followed ? normal->cost : std::numeric_limits<double>::infinity();
+  damping = kAfterFailure * memory_.accepted.damping[index];
+  const bool stayed = Linearize<kDim>(landmark, before, damping, normal);
+  if (!stayed && !followed) return false;
+  if (stayed && normal->cost <= cost) {
+    std::copy_n(before, landmark.block.size, value);
+    return true;
+  }
+  damping = damping_if_followed;
+  return Linearize<kDim>(landmark, value, damping, normal);
 }
 
 // Gauss-Newton steps of the landmark alone, shortened if they increase the cost.
@@ -289,12 +307,12 @@ bool VariableProjection::Descend(const LandmarkProblem::Landmark& landmark, doub
     const double cost = normal->cost;
     const Eigen::Matrix<double, kDim, 1> delta = -length * normal->u;
     if (!Plus(landmark.block, value, delta.data(), tried)) return false;
-    if (Linearize<kDim>(landmark, tried, normal) && normal->cost < cost) {
+    if (Linearize<kDim>(landmark, tried, damping_, normal) && normal->cost < cost) {
       std::copy_n(tried, landmark.block.size, value);
       length = 1.0;
       continue;
     }
-    if (!Linearize<kDim>(landmark, value, normal)) return false;
+    if (!Linearize<kDim>(landmark, value, damping_, normal)) return false;
     length *= 0.25;
   }
   if (length < 1.0) normal->u *= length;  // the landmark must not take the full step later either
@@ -325,7 +343,7 @@ void VariableProjection::Follow(std::size_t index, double* value) const {
 // Evaluates the factors of the landmark into the scratch memory.
 template <int kDim>
 bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, const double* value,
-                                   LandmarkNormal<kDim>* normal) const {
+                                   double damping, LandmarkNormal<kDim>* normal) const {
   const int dim = landmark.block.tangent_size, size = landmark.block.size;
   const ceres::Manifold* const manifold = landmark.block.manifold;
   double* const plus = memory_.landmark_plus.data();
@@ -369,7 +387,7 @@ bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, co
     numbers += NumbersOf(*factor.cost);
     tangent += rows * dim;
   }
-  normal->Solve(damping_);
+  normal->Solve(damping);
   normal->open = normal->open || convex;
   return true;
 }

@@ -23,6 +23,7 @@ namespace highwall::internal {
 //
 // With damping each landmark instead takes one step per x, that of the joint linear system, with
 // its diagonal increased by this fraction: then H is the Schur complement of the damped landmarks.
+// A landmark whose step fails is damped more, by itself, until its steps succeed again.
 //
 // Landmarks start from their values at the x of the last evaluation with Jacobians, so the result
 // of Evaluate() depends on earlier calls: for one solver, on one thread. Losses must be concave
@@ -78,7 +79,9 @@ class VariableProjection final : public ceres::CostFunction {
   template <int kDim>
   void Follow(std::size_t index, double* value) const;
   template <int kDim>
-  bool Linearize(const LandmarkProblem::Landmark& landmark, const double* value,
+  bool Stay(std::size_t index, double* value, bool followed, LandmarkNormal<kDim>* normal) const;
+  template <int kDim>
+  bool Linearize(const LandmarkProblem::Landmark& landmark, const double* value, double damping,
                  LandmarkNormal<kDim>* normal) const;
   // Records that the factor could not be evaluated; returns false.
   bool Fail(const LandmarkProblem::Factor& factor) const;
@@ -124,6 +127,7 @@ struct VariableProjection::Memory {
     std::vector<double> x;          // blocks of the unknowns
     std::vector<double> landmarks;  // blocks of the landmarks
     std::vector<double> costs;      // sum of rho of each landmark's factors
+    std::vector<double> damping;    // of each landmark
     // Feedback of each landmark to a step, dl = -u - W dx: u, then W, column by column.
     std::vector<double> feedback;
     Eigen::MatrixXd H;  // upper triangle

@@ -15,10 +15,11 @@ enum class LinearSolver {
   kSparseSchur,
   // As kDenseSchur, with the landmarks eliminated one by one in blocks of fixed size, without any
   // object of Ceres for a landmark: less overhead in a bundle adjustment of a few iterations. The
-  // landmarks keep the damping of the first step, so that some that start far from the minimum take
-  // more iterations than with kDenseSchur, with which it continues if the poses converge before the
-  // landmarks do. One thread; losses must be concave. Same as kAuto if there are no landmarks, or
-  // if the other variables have more than 400 tangent dimensions (66 poses).
+  // landmarks keep the damping of the first step, and a higher one after a step that failed, so
+  // that some that start far from the minimum take more iterations than with kDenseSchur, with
+  // which it continues if the poses converge before the landmarks do. One thread; losses must be
+  // concave. Same as kAuto if there are no landmarks, or if the other variables have more than 400
+  // tangent dimensions (66 poses).
   kCompactSchur,
   // Variable projection: at each step the landmarks are re-estimated after the other variables and
   // eliminated one by one in blocks of fixed size: least overhead in windows of about 20 poses.

@@ -11,7 +11,7 @@ struct BundleAdjustmentOptions {
   InlierBounds inliers{};
   int first_iterations = 5;   // >= 1: with all observations
   int second_iterations = 8;  // >= 1: without outliers
-  double tolerance = 1e-6;    // >= 0: ends earlier if a step lowers the cost by a smaller share
+  double tolerance = 1e-4;    // >= 0: ends earlier if a step lowers the cost by a smaller share
   // > 0: of the first step, as SolveOptions::initial_trust_region_radius. A small one holds poorly
   // measured parameters in place; a large one lets a few steps straighten the bend of a long loop,
   // which costs next to nothing. With lines only, at most 1e4 is used.

@@ -8,6 +8,6 @@ namespace [[gnu::visibility("default")]] highwall {
 // optimum, and local adjustments continue. Almost Gauss-Newton steps: a small trust region would
 // leave the bend of a long loop (BundleAdjustmentOptions::trust_region).
 inline constexpr BundleAdjustmentOptions kGlobalAdjustment{
-    .first_iterations = 4, .second_iterations = 4, .tolerance = 1e-4, .trust_region = 1e8};
+    .first_iterations = 4, .second_iterations = 4, .trust_region = 1e8};
 
 }  // namespace highwall
