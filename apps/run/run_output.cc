@@ -18,6 +18,7 @@
 #include "plots/map_pictures.h"
 #include "plots/sparse_map_picture.h"
 #include "run/imu_plot.h"
+#include "run/process_memory.h"
 
 namespace highwall::apps {
 namespace {

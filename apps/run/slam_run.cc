@@ -1,8 +1,5 @@
 #include "run/slam_run.h"
 
-#include <malloc.h>
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <map>
 #include <numeric>
@@ -25,6 +22,7 @@
 #include "run/frame_source.h"
 #include "run/loaded_map.h"
 #include "run/loss_advice.h"
+#include "run/process_memory.h"
 #include "run/run_observer.h"
 #include "run/trace_file.h"
 
@@ -462,6 +460,7 @@ void TrackAll(const SlamRunOptions& options, const RunCallbacks& callbacks, Fram
 SlamRun RunOn(const Dataset& dataset, ImageSource* camera, const RgbdSensor& sensor,
               const SlamRunOptions& options, const RunCallbacks& callbacks) {
   const Stopwatch stopwatch;
+  LimitHeaps();
   RunProfile profile(!options.trace.empty());
   const ProfiledThread caller({"tracking", &profile});
   SlamSystem slam = MakeSystem(sensor, options, &profile);
@@ -556,18 +555,6 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
 SlamRun RunSlam(ImageSource& camera, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const RunCallbacks& callbacks) {
   return RunOn(NoDataset(), &camera, sensor, options, callbacks);
-}
-
-void ReturnFreeMemory() {
-#ifdef __GLIBC__
-  malloc_trim(0);
-#endif
-}
-
-double PeakMemoryMib() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
 }  // namespace highwall::apps

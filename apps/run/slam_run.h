@@ -233,11 +233,4 @@ SlamRun RunSlam(const Dataset& dataset, const RgbdSensor& sensor, const SlamRunO
 SlamRun RunSlam(ImageSource& camera, const RgbdSensor& sensor, const SlamRunOptions& options,
                 const RunCallbacks& callbacks = {});
 
-// Returns memory that was freed to the operating system. The threads of a run free it in places
-// from which the C library would not hand it to the stages that follow.
-void ReturnFreeMemory();
-
-// Returns the peak memory of the process [MiB].
-double PeakMemoryMib();
-
 }  // namespace highwall::apps

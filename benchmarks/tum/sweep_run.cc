@@ -18,6 +18,7 @@
 #include <highwall/mapping/point_cloud_io.h>
 
 #include "cache_folder.h"
+#include "run/process_memory.h"
 #include "run/slam_run.h"
 #include "timing.h"
 

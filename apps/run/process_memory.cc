@@ -1,0 +1,28 @@
+#include "run/process_memory.h"
+
+#include <malloc.h>
+#include <sys/resource.h>
+
+#include <cstdlib>
+
+namespace highwall::apps {
+
+void LimitHeaps() {
+#ifdef __GLIBC__
+  if (std::getenv("MALLOC_ARENA_MAX") == nullptr) mallopt(M_ARENA_MAX, 2);
+#endif
+}
+
+void ReturnFreeMemory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
+double PeakMemoryMib() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+}  // namespace highwall::apps

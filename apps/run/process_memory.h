@@ -1,0 +1,17 @@
+#pragma once
+
+namespace highwall::apps {
+
+// Lets the threads of this process share two heaps. By default the C library gives each thread a
+// heap of its own, and each keeps the memory that it once needed. Call before they start. Without
+// effect if the environment states MALLOC_ARENA_MAX.
+void LimitHeaps();
+
+// Returns memory that was freed to the operating system. The threads of a run free it in places
+// from which the C library would not hand it to the stages that follow.
+void ReturnFreeMemory();
+
+// Returns the peak memory of the process [MiB].
+double PeakMemoryMib();
+
+}  // namespace highwall::apps
