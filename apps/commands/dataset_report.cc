@@ -341,7 +341,7 @@ DatasetReport InspectDataset(const std::filesystem::path& directory, DatasetOpti
   std::optional<RunConfig> config;  // whose camera is checked, and whose depth factor is used
   std::string note;
   if (!states_camera || std::filesystem::exists(CalibrationFile(directory))) {
-    if (std::optional<ResolvedConfig> own = OwnConfig(directory)) {
+    if (std::optional<ResolvedConfig> own = OwnConfig(directory, options)) {
       config = std::move(own->config);
       note = std::move(own->note);
     }

@@ -40,8 +40,11 @@ std::string FolderName(const std::filesystem::path& directory) {
   return (canonical.has_filename() ? canonical : canonical.parent_path()).filename().string();
 }
 
-ResolvedConfig Stated(const std::string& file) {
-  ResolvedConfig stated{ReadSensor(file), file};
+// dataset: may be empty.
+ResolvedConfig Stated(const std::string& file, const std::filesystem::path& dataset,
+                      const DatasetOptions& options) {
+  ResolvedConfig stated{dataset.empty() ? ReadSensor(file) : ReadSensor(file, dataset, options),
+                        file};
   stated.note = NoteOfDefaults(stated);
   if (!stated.note.empty()) {
     stated.note +=
@@ -51,11 +54,12 @@ ResolvedConfig Stated(const std::string& file) {
 }
 
 // Returns the configuration of a --config that is not empty.
-ResolvedConfig GivenConfig(const std::string& choice) {
+ResolvedConfig GivenConfig(const std::string& choice, const std::filesystem::path& dataset,
+                           const DatasetOptions& options) {
   if (const std::optional<RgbdSensor> sensor = SensorPreset(choice)) {
     return {{*sensor}, "preset " + choice};
   }
-  if (std::filesystem::exists(choice)) return Stated(choice);
+  if (std::filesystem::exists(choice)) return Stated(choice, dataset, options);
   const std::vector<std::string_view> presets = SensorPresetNames();
   const std::string meant = DidYouMean(choice, {presets.begin(), presets.end()});
   throw IoError(choice, "is neither a file nor a preset (" + PresetList() + ")" +
@@ -101,22 +105,24 @@ std::string PresetFromName(const std::filesystem::path& dataset) {
   return "";
 }
 
-std::optional<ResolvedConfig> OwnConfig(const std::filesystem::path& dataset) {
+std::optional<ResolvedConfig> OwnConfig(const std::filesystem::path& dataset,
+                                        const DatasetOptions& options) {
   const std::optional<ResolvedConfig> named = NamedConfig(dataset);
   const std::filesystem::path calibration = CalibrationFile(dataset);
   if (!std::filesystem::exists(calibration)) return named;
-  return Completed(Stated(calibration.string()), named);
+  return Completed(Stated(calibration.string(), dataset, options), named);
 }
 
-ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::path& dataset) {
+ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::path& dataset,
+                             const DatasetOptions& options) {
   if (!choice.empty()) {
-    const ResolvedConfig given = GivenConfig(choice);
+    const ResolvedConfig given = GivenConfig(choice, dataset, options);
     if (given.config.format.empty() || dataset.empty()) return given;
     std::error_code is_none;
     const bool is_own = std::filesystem::equivalent(choice, CalibrationFile(dataset), is_none);
-    return Completed(given, is_own ? NamedConfig(dataset) : OwnConfig(dataset));
+    return Completed(given, is_own ? NamedConfig(dataset) : OwnConfig(dataset, options));
   }
-  if (std::optional<ResolvedConfig> own = OwnConfig(dataset)) return *std::move(own);
+  if (std::optional<ResolvedConfig> own = OwnConfig(dataset, options)) return *std::move(own);
   // A folder that is not a dataset gets a clearer error from its reader.
   OpenDataset(dataset, std::nullopt, {.max_stamp_difference = 1.0});
   throw IoError(dataset,

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/sensor.h>
 
 namespace highwall::apps {
@@ -20,14 +21,17 @@ struct ResolvedConfig {
 };
 
 // Returns the configuration of a dataset without --config: calibration.yaml in its folder,
-// otherwise the preset implied by its name; empty without both. Throws IoError as ReadSensor().
-std::optional<ResolvedConfig> OwnConfig(const std::filesystem::path& dataset);
+// otherwise the preset implied by its name; empty without both. options: of OpenDataset(), where a
+// file does not state the size of the images. Throws IoError as ReadSensor().
+std::optional<ResolvedConfig> OwnConfig(const std::filesystem::path& dataset,
+                                        const DatasetOptions& options = {});
 
 // Resolves the argument of --config: tum1, tum2, tum3, a file that ReadSensor() reads, or empty. If
 // it is empty, the result is OwnConfig(). What a file of another system does not state is taken
-// from OwnConfig(), unless `dataset` is empty. Throws IoError as ReadSensor(), and if no
-// configuration is found.
-ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::path& dataset);
+// from OwnConfig(), and the size of the images from these, unless `dataset` is empty. options: as
+// in OwnConfig(). Throws IoError as ReadSensor(), and if no configuration is found.
+ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::path& dataset,
+                             const DatasetOptions& options = {});
 
 // Returns the --config choice of a run, from "calibration" in its run.json. It is empty if the
 // dataset provided the configuration or the file no longer exists.

@@ -38,7 +38,7 @@ OpenedDataset OpenWithConfig(const std::string& choice, const std::filesystem::p
       return {std::move(images), std::move(config), std::string(reader->calibration)};
     }
   }
-  ResolvedConfig resolved = ResolveConfig(choice, directory);
+  ResolvedConfig resolved = ResolveConfig(choice, directory, options);
   if (states_camera && !resolved.config.defaults.empty()) {
     const std::unique_ptr<const Dataset> itself = reader->open(directory, std::nullopt, options);
     if (const SensorCalibration* const stated = itself->calibration()) {

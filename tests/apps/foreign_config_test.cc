@@ -139,6 +139,32 @@ TEST_F(ForeignConfig, TakesFromARecordingWhatItStatesItself) {
       << opened.note;
 }
 
+// A settings file of ORB-SLAM2 does not state the size of the images.
+TEST_F(ForeignConfig, TakesTheSizeOfTheImagesWhereTheFileDoesNotStateIt) {
+  const std::string orb2 =
+      "%YAML:1.0\nCamera.fx: 50\nCamera.fy: 51\nCamera.cx: 31\nCamera.cy: 23\n"
+      "DepthMapFactor: 5000.0\n";
+  const std::string file = Write("orb.yaml", orb2);
+  testing::WriteTum(folder_ / "tum", {.textured = true});
+  const std::string note =
+      "a settings file of ORB-SLAM (for 64 x 48, the size of the recording's images), which does "
+      "not state depth_range, depth_noise: defaults are assumed";
+  const OpenedDataset opened = OpenWithConfig(file, folder_ / "tum");
+  EXPECT_EQ(opened.config.sensor.camera.width, 64);
+  EXPECT_EQ(opened.config.sensor.camera.height, 48);
+  EXPECT_TRUE(Contains(opened.note, note)) << opened.note;
+  EXPECT_TRUE(opened.images->Load(0));
+  // As calibration.yaml of the folder, for info and slam.
+  WriteText(folder_ / "tum/calibration.yaml", orb2);
+  EXPECT_EQ(ResolveConfig("", folder_ / "tum").config.sensor.camera.width, 64);
+  const Outcome info = Highwall("info tum");
+  EXPECT_EQ(info.exit_code, 0) << info.err;
+  EXPECT_TRUE(Contains(info.out, note)) << info.out;
+  // Without a recording the file must state it.
+  testing::ExpectRefused(Highwall("convert orb.yaml out.yaml"), 2,
+                         {"orb.yaml:2: Camera.width and Camera.height are missing: add"});
+}
+
 TEST_F(ForeignConfig, ConvertWritesItAsCalibrationYaml) {
   const std::string file = Write("orb.yaml", kOrbSlam + kOrbSlamImu);
   const Outcome outcome = Highwall("convert orb.yaml out/calibration.yaml");
@@ -214,6 +240,9 @@ TEST_F(ForeignConfig, GivesTheTrajectoryOfItsCalibrationYaml) {
     return ReadText(folder_ / "run/trajectory.txt");
   };
   const std::string expected = trajectory("--config own.yaml");
+  const std::string stated = ReadText(folder_ / "orb.yaml");
+  const std::size_t size = stated.find("Camera.width"), next = stated.find("RGBD.");
+  Write("orb.yaml", stated.substr(0, size) + stated.substr(next));
   fs::copy_file(folder_ / "own.yaml", own);
   EXPECT_EQ(trajectory("--config orb.yaml"), expected);
 }

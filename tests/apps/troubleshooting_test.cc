@@ -212,6 +212,8 @@ void Troubleshooting::Calibrations() {
       "image_width: 64\nimage_height: 48\ncamera_matrix: {data: [50, 0, 32, 0, 50, 24, 0, 0, 1]}\n";
   WriteText(Dataset("ros") / "calibration.yaml", ros + "distortion_model: plumb_bob\n");
   Slam("ros");
+  WriteText(folder_ / "orb.yaml", "%YAML:1.0\nCamera.fx: 50\n");
+  Highwall("convert orb.yaml out.yaml");
   WriteText(Dataset("fov") / "calibration.yaml", ros + "distortion_model: fov\nD: [0.9]\n");
   Slam("fov");
   Dataset("missing", {}, "");

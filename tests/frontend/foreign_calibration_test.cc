@@ -110,7 +110,8 @@ TEST_F(ForeignCalibration, ReadsTheSettingsOfOrbSlam3WithAFisheyeAndAnImu) {
 
 TEST_F(ForeignCalibration, NamesTheFaultOfOrbSlamsSettings) {
   ExpectRefused("%YAML:1.0\nCamera.fx: 517\n",
-                ":2: Camera.width and Camera.height are missing: add the size of the images");
+                ":2: Camera.width and Camera.height are missing: add the size of the images, such "
+                "as 'Camera.width: 640' and 'Camera.height: 480'");
   ExpectRefused(kOrbSlam2 + "Camera.type: \"Omni\"\n",
                 ":21: 'Camera.type' must be PinHole, Rectified or KannalaBrandt8, found 'Omni'");
   ExpectRefused(kOrbSlam2 + "DepthMapFactor: 0\n", ":21: 'DepthMapFactor' must be positive");

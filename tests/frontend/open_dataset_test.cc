@@ -89,5 +89,43 @@ TEST(OpenDataset, NamesTheFolderAndTheFilesThatItLookedFor) {
   }
 }
 
+// As in the settings files of ORB-SLAM2.
+const std::string kWithoutSize =
+    "%YAML:1.0\nCamera.fx: 50\nCamera.fy: 51\nCamera.cx: 31\nCamera.cy: 23\n";
+
+TEST(ReadSensor, TakesTheSizeThatAFileDoesNotStateFromTheImagesOfTheRecording) {
+  const TemporaryDirectory folder;
+  const std::filesystem::path file = folder / "orb.yaml";
+  WriteTum(folder / "tum");
+  WriteText(file, kWithoutSize);
+  const SensorCalibration read = ReadSensor(file, folder / "tum");
+  EXPECT_EQ(read.sensor.camera.width, 64);
+  EXPECT_EQ(read.sensor.camera.height, 48);
+  EXPECT_EQ(read.sensor.camera.fy, 51.0);
+  EXPECT_EQ(read.format,
+            "a settings file of ORB-SLAM (for 64 x 48, the size of the recording's images)");
+  ExpectError<IoError>(file.string() + ":2: Camera.width and Camera.height are missing",
+                       [&] { ReadSensor(file); });
+  // What belongs to other images is noticed.
+  WriteTum(folder / "small", {.width = 24, .height = 48});
+  ExpectError<IoError>(file.string() + ":2: cx is 31 px, outside of the image, whose width is 24",
+                       [&] { ReadSensor(file, folder / "small"); });
+}
+
+TEST(ReadSensor, OpensTheRecordingOnlyForASizeThatIsMissing) {
+  const TemporaryDirectory folder;
+  const std::filesystem::path file = folder / "orb.yaml", nowhere = folder / "nowhere";
+  WriteText(file, kWithoutSize + "Camera.width: 64\nCamera.height: 48\n");
+  EXPECT_EQ(ReadSensor(file, nowhere).format, "a settings file of ORB-SLAM");
+  WriteText(file, kWithoutSize + "Camera.width: 64\n");
+  ExpectError<IoError>(":2: Camera.width and Camera.height are missing",
+                       [&] { ReadSensor(file, nowhere); });
+  WriteText(file, kWithoutSize);
+  ExpectError<IoError>("nowhere: does not exist", [&] { ReadSensor(file, nowhere); });
+  WriteText(file,
+            "camera: {width: 64, height: 48, fx: 50, fy: 50, cx: 31, cy: 23}\ndepth_factor: 1\n");
+  EXPECT_EQ(ReadSensor(file, nowhere).sensor.camera.width, 64);
+}
+
 }  // namespace
 }  // namespace highwall::open_dataset_test

@@ -27,27 +27,33 @@ constexpr const char* kOpencvMatrix = "!!opencv-matrix";
 
 struct ForeignForm {
   std::vector<Keys> marks;  // each has an alternative among the keys of the text
-  SensorCalibration (*read)(const ForeignMap& file);
+  SensorCalibration (*read)(const ForeignMap& file, const ImageSizeSource& image_size);
   // Of a form that is not read: its name, and how the file provides the required values.
   const char* name = nullptr;
   const char* words = nullptr;
 };
 
+// Calls a reader of a form that states the size of the images.
+template <SensorCalibration (*kRead)(const ForeignMap&)>
+SensorCalibration ReadSized(const ForeignMap& file, const ImageSizeSource& /*image_size*/) {
+  return kRead(file);
+}
+
 // In the order in which they are asked.
 const std::vector<ForeignForm>& ForeignForms() {
   static const std::vector<ForeignForm> kForms = {
       {{{"Camera.fx", "Camera1.fx"}}, ReadOrbSlamSettings},
-      {{{"cam0"}, {"intrinsics"}}, ReadKalibrChain},
+      {{{"cam0"}, {"intrinsics"}}, ReadSized<ReadKalibrChain>},
       {{{kOpencvMatrix}, {"camera_matrix", "Camera_Matrix", "cameraMatrix"}},
-       ReadOpencvCalibration},
+       ReadSized<ReadOpencvCalibration>},
       {{{kOpencvMatrix}},
        nullptr,
        "a file of OpenCV's FileStorage without image_width, image_height and camera_matrix",
        "fx, cx, fy, cy are the numbers 1, 3, 5 and 6 of the camera matrix, and k1, k2, p1, p2, k3 "
        "the distortion coefficients"},
       {{{"camera_matrix", "K", "k"}, {"image_width", "distortion_model", "projection_matrix"}},
-       ReadCameraInfoFile},
-      {{{"intrinsic_matrix"}}, ReadOpen3dIntrinsic},
+       ReadSized<ReadCameraInfoFile>},
+      {{{"intrinsic_matrix"}}, ReadSized<ReadOpen3dIntrinsic>},
       {{{"sensor_type"}, {"intrinsics"}},
        nullptr,
        "a sensor.yaml of EuRoC",
@@ -110,12 +116,13 @@ const ForeignForm* FindForeignForm(const std::string& text) {
 
 }  // namespace
 
-std::optional<SensorCalibration> ReadForeignCalibration(const std::filesystem::path& path) {
+std::optional<SensorCalibration> ReadForeignCalibration(const std::filesystem::path& path,
+                                                        const ImageSizeSource& image_size) {
   if (!std::filesystem::is_regular_file(path)) return std::nullopt;
   const std::string text = ReadTextFile(path);
   const ForeignForm* const form = FindForeignForm(text);
   if (form == nullptr) return std::nullopt;
-  if (form->read != nullptr) return form->read(ParseOpencvStorage(path, text));
+  if (form->read != nullptr) return form->read(ParseOpencvStorage(path, text), image_size);
   throw IoError(path, "is " + std::string(form->name) +
                           ", which is not read; write 'camera: {width: 640, height: 480, fx: 525, "
                           "fy: 525, cx: 319.5, cy: 239.5}' (with k1, k2, p1, p2, k3 of a lens) and "

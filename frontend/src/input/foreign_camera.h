@@ -1,7 +1,10 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
+
+#include <opencv2/core/types.hpp>
 
 #include <highwall/core/camera.h>
 #include <highwall/core/pose.h>
@@ -12,6 +15,9 @@
 // What the readers of calibrations of other systems share. Each function throws IoError with the
 // line of the key.
 namespace highwall {
+
+// Returns the size of the images that a calibration is for. Throws IoError if it is not known.
+using ImageSizeSource = std::function<cv::Size()>;
 
 // Returns a calibration that states nothing yet but its format: depth is in millimetres, as most
 // programs store it, and all keys are SensorCalibration::defaults.

@@ -10,6 +10,7 @@
 #include <highwall/frontend/input/tum_dataset.h>
 
 #include "input/bag_dataset.h"
+#include "input/foreign_calibration.h"
 #include "input/numbered_pairs_dataset.h"
 #include "input/open3d_dataset.h"
 #include "input/record3d_dataset.h"
@@ -82,6 +83,15 @@ constexpr std::array<DatasetReader, 9> kReaders{{
      .open = &OpenAs<BagDataset>},
 }};
 
+cv::Size ImageSizeOf(const std::filesystem::path& recording, const DatasetOptions& options) {
+  const std::unique_ptr<const Dataset> images = OpenDataset(recording, std::nullopt, options);
+  for (std::size_t i = 0; i < images->size(); ++i) {
+    if (const std::optional<RgbdImage> image = images->Load(i)) return image->bgr.size();
+  }
+  throw IoError(recording, "none of its " + std::to_string(images->size()) +
+                               " frames can be used; the first: " + images->problems().at(0).what);
+}
+
 }  // namespace
 
 std::span<const DatasetReader> DatasetReaders() {
@@ -107,6 +117,14 @@ std::unique_ptr<Dataset> OpenDataset(const std::filesystem::path& folder,
              std::string(reader.marks);
   }
   throw IoError(folder, "holds no recording in a known format: " + known);
+}
+
+SensorCalibration ReadSensor(const std::filesystem::path& path,
+                             const std::filesystem::path& recording,
+                             const DatasetOptions& options) {
+  const auto image_size = [&] { return ImageSizeOf(recording, options); };
+  if (auto foreign = ReadForeignCalibration(path, image_size)) return *std::move(foreign);
+  return ReadSensor(path);
 }
 
 }  // namespace highwall

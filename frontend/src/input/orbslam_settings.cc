@@ -20,13 +20,22 @@ std::vector<double> OrbSlamCoefficients(const ForeignMap& file, const std::strin
   return values;
 }
 
-PinholeCamera OrbSlamCamera(const ForeignMap& file, const std::string& prefix) {
-  if (!file.Has("Camera.width") || !file.Has("Camera.height")) {
-    file.Fail(prefix + "fx",
-              "Camera.width and Camera.height are missing: add the size of the images");
+cv::Size OrbSlamImageSize(const ForeignMap& file, const std::string& prefix,
+                          const ImageSizeSource& image_size) {
+  const bool has_width = file.Has("Camera.width"), has_height = file.Has("Camera.height");
+  if (has_width && has_height) {
+    return {file.Integer("Camera.width"), file.Integer("Camera.height")};
   }
-  PinholeCamera camera{.width = file.Integer("Camera.width"),
-                       .height = file.Integer("Camera.height"),
+  if (!has_width && !has_height && image_size) return image_size();
+  file.Fail(prefix + "fx",
+            "Camera.width and Camera.height are missing: add the size of the images, such as "
+            "'Camera.width: 640' and 'Camera.height: 480'");
+}
+
+PinholeCamera OrbSlamCamera(const ForeignMap& file, const std::string& prefix,
+                            const cv::Size& size) {
+  PinholeCamera camera{.width = size.width,
+                       .height = size.height,
                        .fx = file.Number(prefix + "fx"),
                        .fy = file.Number(prefix + "fy"),
                        .cx = file.Number(prefix + "cx"),
@@ -65,9 +74,15 @@ void ReadOrbSlamImu(const ForeignMap& file, const std::string& pose_key,
 
 }  // namespace
 
-SensorCalibration ReadOrbSlamSettings(const ForeignMap& file) {
+SensorCalibration ReadOrbSlamSettings(const ForeignMap& file, const ImageSizeSource& image_size) {
   SensorCalibration calibration = StartForeignCalibration("a settings file of ORB-SLAM");
-  calibration.sensor.camera = OrbSlamCamera(file, file.Has("Camera1.fx") ? "Camera1." : "Camera.");
+  const std::string prefix = file.Has("Camera1.fx") ? "Camera1." : "Camera.";
+  const cv::Size size = OrbSlamImageSize(file, prefix, image_size);
+  if (!file.Has("Camera.width")) {
+    calibration.format += " (for " + std::to_string(size.width) + " x " +
+                          std::to_string(size.height) + ", the size of the recording's images)";
+  }
+  calibration.sensor.camera = OrbSlamCamera(file, prefix, size);
   for (const char* const key : {"RGBD.DepthMapFactor", "DepthMapFactor"}) {
     if (!file.Has(key)) continue;
     ReadForeignDepthFactor(file, key, &calibration);

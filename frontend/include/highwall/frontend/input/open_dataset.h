@@ -43,4 +43,11 @@ std::unique_ptr<Dataset> OpenDataset(const std::filesystem::path& folder,
                                      const std::optional<RgbdSensor>& sensor = std::nullopt,
                                      const DatasetOptions& options = {});
 
+// Reads the calibration of a recording as ReadSensor(path). Where the file does not state the size
+// of the images, as a settings file of ORB-SLAM2, it is that of the images of the recording, which
+// is opened for it. Throws as ReadSensor() and, if that is necessary, as OpenDataset().
+SensorCalibration ReadSensor(const std::filesystem::path& path,
+                             const std::filesystem::path& recording,
+                             const DatasetOptions& options = {});
+
 }  // namespace highwall
