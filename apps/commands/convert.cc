@@ -101,7 +101,7 @@ void AddConvertCommand(CLI::App& app, CommandAction& action) {
   command
       ->add_option("IN", arguments->in,
                    "Folder or bag of the recording, in any format that slam reads; or a "
-                   "calibration of ORB-SLAM, OpenCV, ROS, Kalibr or Open3D")
+                   "calibration of ORB-SLAM, OpenCV, ROS, Kalibr, EuRoC or Open3D")
       ->required();
   command
       ->add_option("OUT", arguments->out,

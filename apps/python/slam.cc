@@ -219,7 +219,7 @@ void BindDataset(py::module_& module) {
   module.def(
       "read_sensor", [](const py::object& path) { return ReadSensor(Path(path)); }, py::arg("path"),
       "Reads a calibration.yaml, which highwall calibrate writes, or a calibration of ORB-SLAM, "
-      "OpenCV, ROS, Kalibr or Open3D.");
+      "OpenCV, ROS, Kalibr, EuRoC or Open3D.");
   module.def(
       "open_dataset",
       [](const py::object& folder, const std::optional<RgbdSensor>& sensor,

@@ -35,6 +35,10 @@ const std::string kOpencv =
     "  cols: 3\n  data: [50, 0, 31, 0, 51, 23, 0, 0, 1]\n";
 const std::string kKalibr =
     "cam0:\n  camera_model: pinhole\n  intrinsics: [50, 51, 31, 23]\n  resolution: [64, 48]\n";
+const std::string kEuroc =
+    "sensor_type: camera\nresolution: [64, 48]\ncamera_model: pinhole\n"
+    "intrinsics: [50, 51, 31, 23]\ndistortion_model: radial-tangential\n"
+    "distortion_coefficients: [0, 0, 0, 0]\n";
 const std::string kOrbSlam =
     "%YAML:1.0\nCamera.type: \"PinHole\"\nCamera1.fx: 50\nCamera1.fy: 51\nCamera1.cx: 31\n"
     "Camera1.cy: 23\nCamera.width: 64\nCamera.height: 48\n";
@@ -66,7 +70,7 @@ class ForeignConfig : public ::testing::Test {
 
 TEST_F(ForeignConfig, TakesFromTheDatasetWhatTheFileDoesNotState) {
   const std::string own = Write("calibration.yaml", kOwn);
-  for (const std::string& text : {kOpen3d, kCameraInfo, kOpencv, kKalibr, kOrbSlam}) {
+  for (const std::string& text : {kOpen3d, kCameraInfo, kOpencv, kKalibr, kEuroc, kOrbSlam}) {
     const std::string file = Write("foreign", text);
     const ResolvedConfig resolved = ResolveConfig(file, folder_.path());
     EXPECT_EQ(TextOf(resolved.config), TextOf(ReadSensor(own))) << text;

@@ -206,8 +206,8 @@ void Troubleshooting::Calibrations() {
   Slam("prism");
   WriteText(Dataset("fisheye") / "calibration.yaml", camera + "lens: fisheye}\n");
   Slam("fisheye");
-  WriteText(Dataset("euroc") / "calibration.yaml", "sensor_type: camera\nintrinsics: [50, 50]\n");
-  Slam("euroc");
+  WriteText(Dataset("librealsense") / "calibration.yaml", "ppx: 32\nppy: 24\n");
+  Slam("librealsense");
   const std::string ros =
       "image_width: 64\nimage_height: 48\ncamera_matrix: {data: [50, 0, 32, 0, 50, 24, 0, 0, 1]}\n";
   WriteText(Dataset("ros") / "calibration.yaml", ros + "distortion_model: plumb_bob\n");
@@ -226,11 +226,12 @@ void Troubleshooting::Calibrations() {
 void Troubleshooting::Stereo() {
   const auto yaml = [&](const std::string& x, const std::string& model = "pinhole",
                         const std::string& size = "64, 48",
-                        const std::string& second_row = "0, 1, 0, 0") {
+                        const std::string& second_row = "0, 1, 0, 0",
+                        const std::string& lens = "radial-tangential") {
     return "%YAML:1.0\nT_BS:\n  cols: 4\n  rows: 4\n  data: [1, 0, 0, " + x + ", " + second_row +
            ", 0, 0, 1, 0, 0, 0, 0, 1]\nresolution: [" + size + "]\ncamera_model: " + model +
-           "\nintrinsics: [50, 50, 32, 24]\ndistortion_model: radial-tangential\n"
-           "distortion_coefficients: [0, 0, 0, 0]\n";
+           "\nintrinsics: [50, 50, 32, 24]\ndistortion_model: " + lens +
+           "\ndistortion_coefficients: [0, 0, 0, 0]\n";
   };
   const std::string all = "1000,1000.png\n2000,2000.png\n3000,3000.png\n";
   const auto slam = [&](const std::string& name, const std::string& right,
@@ -251,6 +252,7 @@ void Troubleshooting::Stereo() {
   slam("stereo_some", yaml("0.1"), "1000,1000.png\n2000,2000.png\n");
   slam("stereo_list", yaml("0.1"), "1000\n");
   slam("stereo_omni", yaml("0.1", "omni"), all);
+  slam("stereo_fisheye", yaml("0.1", "pinhole", "64, 48", "0, 1, 0, 0", "equidistant"), all);
   slam("stereo_skewed", yaml("0.1", "pinhole", "64, 48", "0, 7, 0, 0"), all);
   slam("stereo_size", yaml("0.1", "pinhole", "32, 24"), all);
   slam("stereo_left", yaml("-0.1"), all);

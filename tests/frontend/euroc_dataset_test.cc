@@ -179,14 +179,18 @@ TEST_F(Euroc, RefusesUnusableFilesByName) {
   EXPECT_FALSE(EurocDataset::IsOne(folder_.path() / "nowhere"));
   const fs::path yaml = root() / "cam1" / "sensor.yaml";
   Write(yaml, CameraYaml(0.5 + kBaseline, "[0, 0, 0, 0]", "omni"));
-  ExpectRefused("cam1/sensor.yaml", "only pinhole");
+  ExpectRefused("cam1/sensor.yaml:8", "the camera model 'omni' is not known");
+  std::string fisheye = CameraYaml(0.5 + kBaseline);
+  fisheye.replace(fisheye.find("radial-tangential"), 17, "equidistant");
+  Write(yaml, fisheye);
+  ExpectRefused("cam1/sensor.yaml:10", "only pinhole with radial-tangential is known");
   Write(yaml, CameraYaml(0.5 + kBaseline, "[0, 0, x]"));
-  ExpectRefused("cam1/sensor.yaml", "distortion_coefficients must be 4 numbers");
+  ExpectRefused("cam1/sensor.yaml", "'distortion_coefficients' must be a list of 4 finite numbers");
   Write(yaml,
         "%YAML:1.0\nT_BS: 3\nresolution: [320, 240]\ncamera_model: pinhole\n"
         "intrinsics: [250, 250, 159.5, 119.5]\ndistortion_model: radial-tangential\n"
         "distortion_coefficients: [0, 0, 0, 0]\n");
-  ExpectRefused("cam1/sensor.yaml", "has no T_BS");
+  ExpectRefused("cam1/sensor.yaml", "'T_BS' must be a list of 16 finite numbers");
   Write(yaml, CameraYaml(0.5 - kBaseline));
   ExpectRefused("cam1/sensor.yaml", "to the right");
   Write(yaml, "%YAML:1.0\n{[");

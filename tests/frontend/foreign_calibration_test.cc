@@ -318,6 +318,74 @@ TEST_F(ForeignCalibration, NamesTheFaultOfAChainOfKalibr) {
                 ":8: time_offset must be in [-1, 1] s, got 30");
 }
 
+// The camera looks along x of the body, at (0.5, 0.25, 0.125).
+const std::string kEurocCamera =
+    "# General sensor definitions.\nsensor_type: camera\ncomment: VI-Sensor cam0 (MT9M034)\n\n"
+    "T_BS:\n  cols: 4\n  rows: 4\n  data: [0.0, 0.0, 1.0, 0.5,\n         -1.0, 0.0, 0.0, 0.25,\n"
+    "         0.0, -1.0, 0.0, 0.125,\n         0.0, 0.0, 0.0, 1.0]\n\nrate_hz: 20\n"
+    "resolution: [640, 480]\ncamera_model: pinhole\n"
+    "intrinsics: [517.5, 516.5, 318.5, 255.25] #fu, fv, cu, cv\n";
+const std::string kEurocLens =
+    "distortion_model: radial-tangential\n"
+    "distortion_coefficients: [0.25, -0.5, -0.125, 0.0625]\n";
+// Half a turn about z from the body, and 1 m above it.
+const std::string kEurocImu =
+    "sensor_type: imu\nT_BS:\n  cols: 4\n  rows: 4\n  data: [-1.0, 0.0, 0.0, 0.0,\n"
+    "         0.0, -1.0, 0.0, 0.0,\n         0.0, 0.0, 1.0, 1.0,\n         0.0, 0.0, 0.0, 1.0]\n"
+    "rate_hz: 250\ngyroscope_noise_density: 1e-3     # [ rad / s / sqrt(Hz) ]\n"
+    "gyroscope_random_walk: 3e-5\naccelerometer_noise_density: 2e-2\n"
+    "accelerometer_random_walk: 4e-4\n";
+
+TEST_F(ForeignCalibration, ReadsTheSensorFileOfEuroc) {
+  const SensorCalibration read = Read(kEurocCamera + kEurocLens);
+  EXPECT_EQ(read.format, "a sensor.yaml of EuRoC");
+  ExpectCamera(read.sensor.camera, Lens(0.25, -0.5, -0.125, 0.0625));
+  EXPECT_EQ(read.defaults, Names({"depth_factor", "depth_range", "depth_noise", "imu: noise",
+                                  "imu: rate", "imu: time_offset"}));
+  ASSERT_TRUE(read.imu);
+  EXPECT_EQ(read.imu->T_BC.p(), Eigen::Vector3d(0.5, 0.25, 0.125));
+  EXPECT_LT((read.imu->T_BC.R() * Eigen::Vector3d(0, 0, 1) - Eigen::Vector3d(1, 0, 0)).norm(),
+            1e-15);
+  ExpectCamera(Read(kEurocCamera + "distortion_model: equidistant\n"
+                                   "distortion_coefficients: [0.25, -0.5, 0.125, -0.0625]\n")
+                   .sensor.camera,
+               Fisheye(0.25, -0.5, 0.125, -0.0625));
+  const std::size_t pose = kEurocCamera.find("T_BS"), rate = kEurocCamera.find("rate_hz");
+  EXPECT_FALSE(Read(kEurocCamera.substr(0, pose) + kEurocCamera.substr(rate) + kEurocLens).imu);
+}
+
+TEST_F(ForeignCalibration, ReadsTheImuOfEurocBesideTheCamera) {
+  for (const char* const sensor : {"cam0", "imu0"}) {
+    std::filesystem::create_directory(folder_ / sensor);
+  }
+  WriteText(folder_ / "imu0/sensor.yaml", kEurocImu);
+  const SensorCalibration read = Read(kEurocCamera + kEurocLens, "cam0/sensor.yaml");
+  EXPECT_EQ(read.format, "a sensor.yaml of EuRoC with imu0/sensor.yaml");
+  EXPECT_EQ(read.defaults,
+            Names({"depth_factor", "depth_range", "depth_noise", "imu: time_offset"}));
+  ExpectKalibrImu(read.imu.value());  // the same numbers
+  // The camera in the frame of the IMU, not in that of the body.
+  EXPECT_LT((read.imu->T_BC.p() - Eigen::Vector3d(-0.5, -0.25, -0.875)).norm(), 1e-15);
+  EXPECT_LT((read.imu->T_BC.R() * Eigen::Vector3d(0, 0, 1) - Eigen::Vector3d(-1, 0, 0)).norm(),
+            1e-15);
+  WriteText(folder_ / "imu0/sensor.yaml", kEurocImu + "rate_hz: x\n");
+  ExpectError<IoError>(
+      (folder_ / "imu0/sensor.yaml").string() + ":14: 'rate_hz' must be a finite number",
+      [&] { Read(kEurocCamera + kEurocLens, "cam0/sensor.yaml"); });
+}
+
+TEST_F(ForeignCalibration, NamesTheFaultOfASensorFileOfEuroc) {
+  ExpectRefused("sensor_type: camera\nintrinsics: [1, 2, 3, 4, 5]\ncamera_model: omni\n",
+                ":3: the camera model 'omni' is not known: calibrate a pinhole camera with a "
+                "radial-tangential or, for a fisheye, an equidistant lens");
+  ExpectRefused(kEurocCamera + "distortion_model: fov\ndistortion_coefficients: [1, 0, 0, 0]\n",
+                ":17: the lens model 'fov' is not known");
+  ExpectRefused(kEurocCamera + "distortion_model: radial-tangential\n",
+                ": has no 'distortion_coefficients'");
+  ExpectRefused(kEurocCamera + kEurocLens + "T_BS: [1, 2]\n",
+                ":19: 'T_BS' must be a list of 16 finite numbers");
+}
+
 TEST_F(ForeignCalibration, ReadsAnIntrinsicOfOpen3d) {
   const std::string camera =
       "{\n\t\"width\" : 640,\n\t\"height\" : 480,\n\t\"intrinsic_matrix\" :\n\t[\n\t\t517.5,\n"

@@ -18,6 +18,10 @@ const Target kTarget{
               "  - [0, 0, 0, 1]\n  camera_model: pinhole\n  distortion_coeffs: [0.1, 0, 0, 0]\n"
               "  distortion_model: equidistant\n  intrinsics: [458, 457, 367, 248]\n"
               "  resolution: [752, 480]\n  timeshift_cam_imu: 0.01\n",
+              "sensor_type: camera\nT_BS:\n  cols: 4\n  rows: 4\n"
+              "  data: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]\nresolution: [752, 480]\n"
+              "camera_model: pinhole\nintrinsics: [458, 457, 367, 248]\n"
+              "distortion_model: radial-tangential\ndistortion_coefficients: [0.1, 0, 0, 0]\n",
               "image_width: 640\nimage_height: 480\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
               "  data: [525, 0, 319.5, 0, 525, 239.5, 0, 0, 1]\ndistortion_model: plumb_bob\n"
               "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0.1, 0, 0, 0, 0]\n",

@@ -14,7 +14,10 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/image_io.h>
+#include <highwall/internal/text_file.h>
 
+#include "input/euroc_sensor.h"
+#include "input/opencv_storage.h"
 
 namespace highwall {
 namespace {
@@ -30,78 +33,28 @@ fs::path Root(const fs::path& directory) {
   return fs::exists(directory / "mav0") ? directory / "mav0" : directory;
 }
 
-// Parameters of one camera from its sensor.yaml.
+// One camera of the pair.
 struct StereoCamera {
   cv::Size size;
-  cv::Mat K = cv::Mat::eye(3, 3, CV_64F), distortion = cv::Mat::zeros(1, 4, CV_64F);
+  cv::Mat K, distortion;
   Pose T_BS;
 };
 
-cv::FileStorage Open(const fs::path& path) {
-  if (!std::ifstream(path)) throw IoError(path, "is missing or cannot be read");
-  try {
-    cv::FileStorage file(path.string(), cv::FileStorage::READ);
-    if (file.isOpened()) return file;
-  } catch (const cv::Exception&) {  // its message names OpenCV's own sources
-  }
-  throw IoError(path, "is no YAML of EuRoC's form");
-}
-
-bool IsNumber(const cv::FileNode& node) {
-  return (node.isInt() || node.isReal()) && std::isfinite(node.real());
-}
-
-// Checks the type, since OpenCV throws, or invents a value, for a node of another type.
-std::vector<double> Numbers(const fs::path& path, const cv::FileNode& node, const char* key,
-                            std::size_t count) {
-  std::vector<double> numbers;
-  if (node.isSeq()) {
-    for (const cv::FileNode& entry : node) {
-      if (IsNumber(entry)) numbers.push_back(entry.real());
-    }
-  }
-  if (!node.isSeq() || node.size() != count || numbers.size() != count) {
-    throw IoError(path, std::string(key) + " must be " + std::to_string(count) + " numbers");
-  }
-  return numbers;
-}
-
-std::string Text(const cv::FileNode& node) {
-  return node.isString() ? node.string() : "unknown";
-}
-
-Pose ReadPose(const fs::path& path, const cv::FileStorage& file) {
-  const cv::FileNode T_BS = file["T_BS"];
-  if (!T_BS.isMap()) throw IoError(path, "has no T_BS with rows, cols and data");
-  const std::vector<double> T = Numbers(path, T_BS["data"], "T_BS: data", 16);
-  try {
-    return Pose::FromMatrix(
-        Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(T.data()));
-  } catch (const InvalidArgument&) {  // the file's fault, which IoError reports
-    throw IoError(path, "T_BS is no rotation and translation");
-  }
+ForeignMap Open(const fs::path& path) {
+  return ParseOpencvStorage(path, ReadTextFile(path));
 }
 
 StereoCamera ReadCamera(const fs::path& path) {
-  const cv::FileStorage file = Open(path);
-  const std::string model = Text(file["camera_model"]);
-  const std::string distortion = Text(file["distortion_model"]);
-  if (model != "pinhole" || distortion != "radial-tangential") {
-    throw IoError(path, "its camera is " + model + " with " + distortion +
-                            " distortion; only pinhole with radial-tangential is known");
+  const ForeignMap file = Open(path);
+  const PinholeCamera camera = ReadEurocCamera(file);
+  if (camera.lens != LensModel::kRadialTangential) {
+    file.Fail("distortion_model",
+              "of a stereo pair only pinhole with radial-tangential is known, not equidistant");
   }
-  StereoCamera camera;
-  const auto size = Numbers(path, file["resolution"], "resolution", 2);
-  camera.size = {static_cast<int>(size[0]), static_cast<int>(size[1])};
-  const auto f = Numbers(path, file["intrinsics"], "intrinsics", 4);
-  camera.K.at<double>(0, 0) = f[0];
-  camera.K.at<double>(1, 1) = f[1];
-  camera.K.at<double>(0, 2) = f[2];
-  camera.K.at<double>(1, 2) = f[3];
-  const auto d = Numbers(path, file["distortion_coefficients"], "distortion_coefficients", 4);
-  for (int i = 0; i < 4; ++i) camera.distortion.at<double>(i) = d[static_cast<std::size_t>(i)];
-  camera.T_BS = ReadPose(path, file);
-  return camera;
+  return {{camera.width, camera.height},
+          cv::Mat(cv::Matx33d(camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1)),
+          cv::Mat(cv::Matx14d(camera.k1, camera.k2, camera.p1, camera.p2)),
+          ReadEurocPose(file)};
 }
 
 // Reads data.csv: a stamp in nanoseconds and the rest of the line.
@@ -218,26 +171,7 @@ void EurocDataset::ReadImuSensor() {
   const fs::path path = root_ / "imu0" / "sensor.yaml";
   imu_file_ = FindImuFile(root_);
   if (!imu_file_ || !fs::exists(path)) return;
-  const cv::FileStorage file = Open(path);
-  ImuCalibration imu;
-  const auto read = [&](const char* key, double* value) {
-    const cv::FileNode node = file[key];
-    if (node.empty()) return;
-    if (!IsNumber(node)) throw IoError(path, std::string(key) + " must be a number");
-    *value = node.real();
-  };
-  read("gyroscope_noise_density", &imu.noise.gyroscope);
-  read("accelerometer_noise_density", &imu.noise.accelerometer);
-  read("gyroscope_random_walk", &imu.noise.gyroscope_walk);
-  read("accelerometer_random_walk", &imu.noise.accelerometer_walk);
-  read("rate_hz", &imu.rate);
-  imu.T_BC = ReadPose(path, file).Inverse() * T_BC_;
-  try {
-    imu.Validate();
-  } catch (const InvalidArgument& error) {  // the file's fault, which IoError reports
-    throw IoError(path, error.what());
-  }
-  calibration_.imu = imu;
+  calibration_.imu = ReadEurocImu(Open(path), T_BC_);
 }
 
 void EurocDataset::ReadGroundTruth() {

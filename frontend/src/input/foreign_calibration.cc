@@ -12,6 +12,7 @@
 #include <highwall/internal/number_text.h>
 #include <highwall/internal/text_file.h>
 
+#include "input/euroc_sensor.h"
 #include "input/kalibr_chain.h"
 #include "input/open3d_intrinsic.h"
 #include "input/opencv_calibration.h"
@@ -54,11 +55,7 @@ const std::vector<ForeignForm>& ForeignForms() {
       {{{"camera_matrix", "K", "k"}, {"image_width", "distortion_model", "projection_matrix"}},
        ReadSized<ReadCameraInfoFile>},
       {{{"intrinsic_matrix"}}, ReadSized<ReadOpen3dIntrinsic>},
-      {{{"sensor_type"}, {"intrinsics"}},
-       nullptr,
-       "a sensor.yaml of EuRoC",
-       "fx, fy, cx, cy are its intrinsics, width and height its resolution, and k1, k2, p1, p2 its "
-       "distortion_coefficients"},
+      {{{"sensor_type"}, {"intrinsics"}}, ReadSized<ReadEurocSensor>},
       {{{"ppx"}, {"ppy"}},
        nullptr,
        "the intrinsics of librealsense",

@@ -1,5 +1,7 @@
 #include "input/foreign_camera.h"
 
+#include <vector>
+
 #include <Eigen/Core>
 
 #include <highwall/core/error.h>
@@ -49,6 +51,21 @@ PinholeCamera ForeignMatrixCamera(const ForeignMap& file, const std::string& key
   camera.height = file.Integer(height_key);
   CheckForeignCamera(file, key, camera);
   return camera;
+}
+
+PinholeCamera ForeignListCamera(const ForeignMap& file) {
+  const std::vector<double> f = file.Numbers("intrinsics", 4);
+  const std::vector<double> size = file.Numbers("resolution", 2);
+  constexpr double kLargest = 1 << 20;  // [px]
+  for (const double side : size) {
+    if (!(side >= 1.0 && side <= kLargest)) file.Refuse("resolution", "the size of the images");
+  }
+  return {.width = static_cast<int>(size[0]),
+          .height = static_cast<int>(size[1]),
+          .fx = f[0],
+          .fy = f[1],
+          .cx = f[2],
+          .cy = f[3]};
 }
 
 void SetForeignLens(const ForeignMap& file, const std::string& model_key, const std::string& model,

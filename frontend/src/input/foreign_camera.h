@@ -29,6 +29,9 @@ void MarkStated(const std::string& key, SensorCalibration* calibration);
 PinholeCamera ForeignMatrixCamera(const ForeignMap& file, const std::string& key,
                                   std::span<const double> numbers, const std::string& width_key,
                                   const std::string& height_key);
+// Returns the camera of the lists "intrinsics" (fx, fy, cx, cy) and "resolution" (width, height),
+// without its lens.
+PinholeCamera ForeignListCamera(const ForeignMap& file);
 // As SetLens(). model_key: states the model; it may be absent. Throws for a model, a number of
 // coefficients or a coefficient that PinholeCamera does not have.
 void SetForeignLens(const ForeignMap& file, const std::string& model_key, const std::string& model,

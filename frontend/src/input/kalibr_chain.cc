@@ -23,18 +23,7 @@ PinholeCamera KalibrCamera(const ForeignMap& cam0) {
                                   "' is not known: calibrate with pinhole-radtan or, for a "
                                   "fisheye, pinhole-equi, or undistort the images");
   }
-  const std::vector<double> f = cam0.Numbers("intrinsics", 4);
-  const std::vector<double> size = cam0.Numbers("resolution", 2);
-  constexpr double kLargest = 1 << 20;  // [px]
-  for (const double side : size) {
-    if (!(side >= 1.0 && side <= kLargest)) cam0.Refuse("resolution", "the size of the images");
-  }
-  PinholeCamera camera{.width = static_cast<int>(size[0]),
-                       .height = static_cast<int>(size[1]),
-                       .fx = f[0],
-                       .fy = f[1],
-                       .cx = f[2],
-                       .cy = f[3]};
+  PinholeCamera camera = ForeignListCamera(cam0);
   const std::string model = cam0.Has("distortion_model") ? cam0.Word("distortion_model") : "none";
   if (model != "none") {
     SetForeignLens(cam0, "distortion_model", model, "distortion_coeffs",

@@ -130,7 +130,7 @@ struct SensorCalibration {
 //         accelerometer_walk, rate, time_offset}        # each key optional: see ImuCalibration
 //   gps: {antenna: [x, y, z]}   # [m] optional: SensorCalibration::antenna_B
 // or a calibration of another system, recognized by its content (docs/recordings.md): ORB-SLAM,
-// OpenCV, a camera_info of ROS, Kalibr, Open3D. Depth that it does not describe is in
+// OpenCV, a camera_info of ROS, Kalibr, EuRoC, Open3D. Depth that it does not describe is in
 // millimetres. Throws IoError for an unreadable file, an unknown or missing key, a wrong type, a
 // value out of range, and a file without the size of the images (see open_dataset.h).
 SensorCalibration ReadSensor(const std::filesystem::path& path);
