@@ -84,6 +84,12 @@ int RunConvert(const ConvertArguments& arguments) {
   }
   fmt::print("frames      {} of {}, depth factor {}\n", copy.frames, recording.images->size(),
              copy.depth_factor);
+  if (copy.without_confidence > 0) {
+    fmt::print(
+        "confidence  left out of {} frames: this layout has no place for it, so depth of medium "
+        "confidence is given the weight of high confidence\n",
+        copy.without_confidence);
+  }
   if (copy.poses > 0) fmt::print("poses       {} in groundtruth.txt\n", copy.poses);
   if (copy.readings > 0) fmt::print("imu         {} readings in imu.csv\n", copy.readings);
   fmt::print("results in  {}\n", arguments.out);

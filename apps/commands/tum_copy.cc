@@ -98,6 +98,7 @@ void CopyFrames(const Dataset& images, const fs::path& root,
     rgb += colour_stamp + " rgb/" + colour_stamp + ".png\n";
     depth += depth_stamp + " depth/" + depth_stamp + ".png\n";
     ++copy->frames;
+    if (!image->noise_factor.empty()) ++copy->without_confidence;
     progress(reader.position(), reader.count());
   }
   simulate::WriteBytes(root / "rgb.txt", rgb);

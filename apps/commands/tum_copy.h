@@ -13,6 +13,8 @@ struct TumCopy {
   double depth_factor = 0.0;  // [1/m] of the depth images
   std::size_t poses = 0;      // of groundtruth.txt; 0: there is none
   std::size_t readings = 0;   // of imu.csv; 0: there is none
+  // Frames with depth of lower confidence (RgbdImage::noise_factor), which the layout cannot state.
+  std::size_t without_confidence = 0;
 };
 
 // Writes a recording in the layout of TUM RGB-D: rgb/ and depth/ as PNG with rgb.txt and depth.txt,

@@ -103,6 +103,35 @@ TEST(Convert, ReadingsAreWrittenInTheUnitsAndSignsOfTheReader) {
             "10000000,0.1,0.2,0.3,9.8,-0.5,-0.25\n20000000,0.1,0.2,0.3,9.8,-0.5,-0.25\n");
 }
 
+// Two frames of Stray Scanner, of which the first has depth of this confidence.
+void WriteStray(const fs::path& folder, int confidence) {
+  for (const char* const kind : {"rgb", "depth", "confidence"})
+    fs::create_directories(folder / kind);
+  for (const char* const name : {"000000.png", "000001.png"}) {
+    cv::imwrite((folder / "rgb" / name).string(), cv::Mat(48, 64, CV_8UC3, cv::Scalar(1, 2, 3)));
+    cv::imwrite((folder / "depth" / name).string(), cv::Mat(12, 16, CV_16UC1, cv::Scalar(1500)));
+    cv::imwrite((folder / "confidence" / name).string(), cv::Mat(12, 16, CV_8UC1, cv::Scalar(2)));
+  }
+  cv::imwrite((folder / "confidence/000000.png").string(),
+              cv::Mat(12, 16, CV_8UC1, cv::Scalar(confidence)));
+  WriteText(folder / "odometry.csv",
+            "timestamp, frame, x, y, z, qx, qy, qz, qw\n1.0, 000000, 0, 0, 0, 0, 0, 0, 1\n"
+            "1.5, 000001, 0, 0, 0, 0, 0, 0, 1\n");
+  WriteText(folder / "camera_matrix.csv", "45 0 32\n0 45 24\n0 0 1\n");
+}
+
+TEST(Convert, SaysThatTheLayoutCannotStateConfidence) {
+  for (const int confidence : {1, 2}) {
+    const TemporaryDirectory folder("confidence" + std::to_string(confidence));
+    WriteStray(folder / "scan", confidence);
+    const Outcome outcome =
+        Highwall("convert " + (folder / "scan").string() + " " + (folder / "copy").string());
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_EQ(Contains(outcome.out, "confidence  left out of 1 frames: "), confidence == 1)
+        << outcome.out;
+  }
+}
+
 TEST(Convert, AFrameThatCannotBeReadIsLeftOutAndNamed) {
   const TemporaryDirectory folder;
   WriteOpen3d(folder / "scan", 4000);

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
@@ -122,6 +122,40 @@ TEST(DepthRegistration, KeepsTheNearestReadingAndHoles) {
   EXPECT_EQ(cv::norm(registration.Register(depth), expected, cv::NORM_INF), 0.0);
 }
 
+TEST(DepthRegistration, TheNoiseFactorIsThatOfTheReadingThatIsKept) {
+  const PinholeCamera camera = Camera(8, 6, 8.0);
+  const DepthRegistration registration(camera, {.camera = Camera(8, 6, 32.0)});
+  for (const bool first_is_near : {true, false}) {
+    // Both fall on column 3.
+    cv::Mat depth = cv::Mat::zeros(6, 8, CV_32FC1), factor(6, 8, CV_32FC1, cv::Scalar(9.0));
+    depth.at<float>(2, 2) = first_is_near ? 2.0F : 3.0F;
+    depth.at<float>(2, 3) = first_is_near ? 3.0F : 2.0F;
+    factor.at<float>(2, 2) = 4.0F;
+    factor.at<float>(2, 3) = 5.0F;
+    EXPECT_EQ(registration.Register(depth, &factor).at<float>(2, 3), 2.0F);
+    cv::Mat expected(6, 8, CV_32FC1, cv::Scalar(1.0));
+    expected.at<float>(2, 3) = first_is_near ? 4.0F : 5.0F;
+    EXPECT_EQ(cv::norm(factor, expected, cv::NORM_INF), 0.0);
+  }
+}
+
+TEST(DepthRegistration, TheNoiseFactorOfAnInterpolatedDepthIsThatOfTheNextReading) {
+  const PinholeCamera colour = Camera(960, 720, 800.0), depth = Camera(128, 96, 106.0);
+  const DepthRegistration registration(colour, {.camera = depth});
+  cv::Mat factor(96, 128, CV_32FC1, cv::Scalar(1.0));
+  factor.colRange(64, 128).setTo(2.0);
+  const cv::Mat wall(96, 128, CV_32FC1, cv::Scalar(2.0));
+  const cv::Mat registered = registration.Register(wall, &factor);
+  EXPECT_EQ(cv::norm(registered, registration.Register(wall), cv::NORM_INF), 0.0);
+  ASSERT_EQ(factor.size(), registered.size());
+  for (int v = 0; v < factor.rows; ++v) {
+    for (int u = 0; u < factor.cols; ++u) {
+      const bool is_right = u >= 480 && registered.at<float>(v, u) > 0.0F;
+      ASSERT_EQ(factor.at<float>(v, u), is_right ? 2.0F : 1.0F) << u << " " << v;
+    }
+  }
+}
+
 TEST(DepthRegistration, FollowsTheDistortionOfBothLenses) {
   PinholeCamera colour = Camera(320, 240, 260.0), depth = Camera(320, 240, 250.0);
   colour.k1 = 0.1;
@@ -148,6 +182,8 @@ TEST(DepthRegistration, RefusesImagesOfAnotherSize) {
   const DepthRegistration registration(camera, {.camera = camera});
   EXPECT_THROW(registration.Register(cv::Mat::zeros(5, 8, CV_32FC1)), InvalidArgument);
   EXPECT_THROW(registration.Register(cv::Mat::zeros(6, 8, CV_16UC1)), InvalidArgument);
+  cv::Mat factor = cv::Mat::ones(5, 8, CV_32FC1);
+  EXPECT_THROW(registration.Register(cv::Mat::zeros(6, 8, CV_32FC1), &factor), InvalidArgument);
 }
 
 }  // namespace

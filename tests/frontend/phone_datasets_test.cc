@@ -109,6 +109,33 @@ TEST(StrayScanner, ReadsImagesDepthAndConfidencePixelByPixel) {
   }
 }
 
+TEST(StrayScanner, ConfidenceIsRegisteredWithTheDepthOfAStatedCamera) {
+  const TemporaryDirectory folder;
+  WriteStray(folder.path());
+  WriteStrayImages(folder.path(), {64, 48});
+  RgbdSensor sensor{
+      .camera = {.width = 64, .height = 48, .fx = 45, .fy = 45, .cx = 31.5, .cy = 23.5},
+      .depth_factor = 1000.0};
+  // Each of its pixels covers four by four of colour.
+  sensor.depth_camera = DepthCameraCalibration{
+      .camera = {.width = 16, .height = 12, .fx = 11.25, .fy = 11.25, .cx = 7.5, .cy = 5.5}};
+  const auto image = OpenDataset(folder.path(), sensor)->Load(2);
+  ASSERT_TRUE(image);
+  const auto is_full = [raw = RandomDepth({16, 12}, 3)](int u, int v) {
+    return raw.at<std::uint16_t>(v, u) == UINT16_MAX;
+  };
+  ASSERT_EQ(image->noise_factor.size(), image->depth.size());
+  for (int v = 0; v < 48; ++v) {
+    for (int u = 0; u < 64; ++u) {
+      const int confidence = (u / 4) % 3;
+      ASSERT_EQ(image->depth.at<float>(v, u) == 0.0F, confidence == 0 || is_full(u / 4, v / 4))
+          << u << " " << v;
+      ASSERT_EQ(image->noise_factor.at<float>(v, u), confidence == 1 ? kMediumConfidenceNoise : 1)
+          << u << " " << v;
+    }
+  }
+}
+
 TEST(StrayScanner, DepthOfHighConfidenceHasTheNoiseOfTheSensor) {
   const TemporaryDirectory folder;
   WriteStray(folder.path());

@@ -30,13 +30,29 @@ PixelRange PixelsBetween(float from, float to, int count) {
           static_cast<int>(std::floor(std::clamp(to, -1.0F, last - 1.0F))) + 1};
 }
 
+// Returns a row of an image; null if the image is empty.
+int* RowOf(cv::Mat& image, int row) {
+  return image.empty() ? nullptr : image.ptr<int>(row);
+}
+
+// reading: DepthRegistration::Registered::reading.
+cv::Mat FactorOfReadings(const cv::Mat& factor, const cv::Mat& reading) {
+  cv::Mat registered(reading.size(), CV_32FC1, cv::Scalar(1.0));
+  for (int v = 0; v < reading.rows; ++v) {
+    const int* const index = reading.ptr<int>(v);
+    float* const to = registered.ptr<float>(v);
+    for (int u = 0; u < reading.cols; ++u) {
+      if (index[u] >= 0) to[u] = factor.at<float>(index[u] / factor.cols, index[u] % factor.cols);
+    }
+  }
+  return registered;
+}
+
 }  // namespace
 
 DepthRegistration::DepthRegistration(const PinholeCamera& colour,
                                      const DepthCameraCalibration& depth)
-    : colour_(colour),
-      columns_(depth.camera.width),
-      rows_(depth.camera.height) {
+    : colour_(colour), columns_(depth.camera.width), rows_(depth.camera.height) {
   colour.Validate();
   depth.camera.Validate();
   constexpr double kMargin = 1.05;  // half a pixel beyond the image
@@ -55,14 +71,20 @@ DepthRegistration::DepthRegistration(const PinholeCamera& colour,
   half_height_ = static_cast<float>(std::max(0.5, 0.5 * kOverlap * colour.fy / depth.camera.fy));
 }
 
-cv::Mat DepthRegistration::Register(const cv::Mat& depth) const {
+cv::Mat DepthRegistration::Register(const cv::Mat& depth, cv::Mat* noise_factor) const {
   HIGHWALL_REQUIRE(depth.type() == CV_32FC1 && depth.cols == columns_ && depth.rows == rows_,
                    "DepthRegistration: depth must be CV_32FC1 of the size of its camera");
+  const bool has_factor = noise_factor != nullptr && !noise_factor->empty();
+  HIGHWALL_REQUIRE(
+      !has_factor || (noise_factor->type() == CV_32FC1 && noise_factor->size() == depth.size()),
+      "DepthRegistration: noise_factor must be CV_32FC1 of the size of depth");
   const std::vector<Seen> seen = Project(depth);
-  cv::Mat registered = cv::Mat::zeros(colour_.height, colour_.width, CV_32FC1);
+  Registered registered{.depth = cv::Mat::zeros(colour_.height, colour_.width, CV_32FC1)};
+  if (has_factor) registered.reading = cv::Mat(registered.depth.size(), CV_32SC1, cv::Scalar(-1));
   Splat(seen, &registered);
   if (std::max(half_width_, half_height_) > 0.5F * kMuchLarger) Interpolate(seen, &registered);
-  return registered;
+  if (has_factor) *noise_factor = FactorOfReadings(*noise_factor, registered.reading);
+  return registered.depth;
 }
 
 std::vector<DepthRegistration::Seen> DepthRegistration::Project(const cv::Mat& depth) const {
@@ -83,22 +105,28 @@ std::vector<DepthRegistration::Seen> DepthRegistration::Project(const cv::Mat& d
   return seen;
 }
 
-void DepthRegistration::Splat(const std::vector<Seen>& seen, cv::Mat* registered) const {
-  for (const Seen& at : seen) {
+void DepthRegistration::Splat(const std::vector<Seen>& seen, Registered* registered) const {
+  cv::Mat& depth = registered->depth;
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const Seen& at = seen[i];
     if (at.z == 0.0F) continue;
-    const PixelRange u = PixelsBetween(at.u - half_width_, at.u + half_width_, registered->cols);
-    const PixelRange v = PixelsBetween(at.v - half_height_, at.v + half_height_, registered->rows);
+    const PixelRange u = PixelsBetween(at.u - half_width_, at.u + half_width_, depth.cols);
+    const PixelRange v = PixelsBetween(at.v - half_height_, at.v + half_height_, depth.rows);
     for (int y = v.begin; y < v.end; ++y) {
-      float* const z = registered->ptr<float>(y);
+      float* const z = depth.ptr<float>(y);
+      int* const reading = RowOf(registered->reading, y);
       for (int x = u.begin; x < u.end; ++x) {
-        if (z[x] == 0.0F || at.z < z[x]) z[x] = at.z;
+        if (z[x] != 0.0F && at.z >= z[x]) continue;
+        z[x] = at.z;
+        if (reading != nullptr) reading[x] = static_cast<int>(i);
       }
     }
   }
 }
 
 // Between the centres of four neighbouring readings of one surface, linear in the inverse depth.
-void DepthRegistration::Interpolate(const std::vector<Seen>& seen, cv::Mat* registered) const {
+void DepthRegistration::Interpolate(const std::vector<Seen>& seen, Registered* registered) const {
+  cv::Mat& depth = registered->depth;
   const auto stride = static_cast<std::size_t>(columns_);
   for (std::size_t i = 0; i + stride + 1 < seen.size(); ++i) {
     if ((i + 1) % stride == 0) continue;
@@ -108,17 +136,21 @@ void DepthRegistration::Interpolate(const std::vector<Seen>& seen, cv::Mat* regi
     const float u0 = 0.5F * (a.u + c.u), u1 = 0.5F * (b.u + d.u);
     const float v0 = 0.5F * (a.v + b.v), v1 = 0.5F * (c.v + d.v);
     if (!(u1 > u0) || !(v1 > v0)) continue;
-    const PixelRange u = PixelsBetween(u0, u1, registered->cols);
-    const PixelRange v = PixelsBetween(v0, v1, registered->rows);
+    const PixelRange u = PixelsBetween(u0, u1, depth.cols);
+    const PixelRange v = PixelsBetween(v0, v1, depth.rows);
     for (int y = v.begin; y < v.end; ++y) {
       const float t = (static_cast<float>(y) - v0) / (v1 - v0);
       const float left = (1.0F - t) / a.z + t / c.z, right = (1.0F - t) / b.z + t / d.z;
-      float* const z = registered->ptr<float>(y);
+      float* const z = depth.ptr<float>(y);
+      int* const reading = RowOf(registered->reading, y);
+      const std::size_t first = t < 0.5F ? i : i + stride;  // of the nearest row
       for (int x = u.begin; x < u.end; ++x) {
         const float s = (static_cast<float>(x) - u0) / (u1 - u0);
         const float inside = 1.0F / ((1.0F - s) * left + s * right);
         // Keeps a nearer surface in front of this one.
-        if (z[x] == 0.0F || inside < z[x] * (1.0F + kOneSurface)) z[x] = inside;
+        if (z[x] != 0.0F && inside >= z[x] * (1.0F + kOneSurface)) continue;
+        z[x] = inside;
+        if (reading != nullptr) reading[x] = static_cast<int>(s < 0.5F ? first : first + 1);
       }
     }
   }

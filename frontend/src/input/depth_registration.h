@@ -19,9 +19,11 @@ class DepthRegistration {
   DepthRegistration(const PinholeCamera& colour, const DepthCameraCalibration& depth);
 
   // depth: CV_32FC1 [m], of the size of the depth camera, else throws InvalidArgument. Returns the
-  // depth along the axis of the colour camera [m], of its size; 0 without a reading. May be called
-  // from several threads.
-  cv::Mat Register(const cv::Mat& depth) const;
+  // depth along the axis of the colour camera [m], of its size; 0 without a reading. noise_factor:
+  // RgbdImage's, of the pixels of depth; becomes that of the pixels that are returned, by the
+  // reading that each is from, 1 without one. Null or empty: there is none. May be called from
+  // several threads.
+  cv::Mat Register(const cv::Mat& depth, cv::Mat* noise_factor = nullptr) const;
 
  private:
   // A reading as the colour camera sees it.
@@ -30,13 +32,19 @@ class DepthRegistration {
     float z = 0.0F;            // [m], 0: none
   };
 
+  // Pixels of the colour camera. reading: CV_32SC1, the index of the reading of each pixel, -1:
+  // none; empty unless it is asked for.
+  struct Registered {
+    cv::Mat depth, reading{};
+  };
+
   std::vector<Seen> Project(const cv::Mat& depth) const;
-  void Splat(const std::vector<Seen>& seen, cv::Mat* registered) const;
-  void Interpolate(const std::vector<Seen>& seen, cv::Mat* registered) const;
+  void Splat(const std::vector<Seen>& seen, Registered* registered) const;
+  void Interpolate(const std::vector<Seen>& seen, Registered* registered) const;
 
   PinholeCamera colour_;
-  float reach_ = 0.0F;  // SquaredReach() of colour
-  int columns_ = 0, rows_ = 0;          // of the depth images
+  float reach_ = 0.0F;                   // SquaredReach() of colour
+  int columns_ = 0, rows_ = 0;           // of the depth images
   std::vector<Eigen::Vector3f> rays_C_;  // at z = 1 of the depth camera, turned to C
   Eigen::Vector3f p_CD_;
   float half_width_ = 0.5F, half_height_ = 0.5F;  // [px of colour] half a pixel of depth

@@ -248,10 +248,7 @@ RgbdImage FrameListDataset::DoLoad(std::size_t index) const {
   RequireDepth(frame, depth);
   depth =
       MetricDepth(depth, sensor_.depth_factor, sensor_.inverse_depth_offset, sensor_.depth_pattern);
-  if (registration_) {
-    depth = registration_->Register(depth);
-    image.noise_factor = cv::Mat();  // of other pixels
-  }
+  if (registration_) depth = registration_->Register(depth, &image.noise_factor);
   return image;
 }
 
