@@ -44,15 +44,10 @@ TEST(FrameTimingEstimator, StampsOfDepthDoNotCountAsDelayOfTheCamera) {
   const Twist forward{.v = {0.0, 0.0, 0.5}}, back{.v = {0.0, 0.0, -0.5}};
   keyframes.Remember(keyframe, {{.depth_delay = kLate}, forward});
   // The measurements are consistent with the current timing.
-  estimator.Add({FromSeconds(0.1), *features, points, Pose()}, map, back);
+  estimator.Add({FromSeconds(0.03), *features, points, Pose()}, map, back);
   const FrameTimingEstimate estimate = estimator.estimate();
   EXPECT_NEAR(estimate.value.depth_delay, 0.0, 1e-9);
   EXPECT_LT(estimate.sigma.depth_delay, 0.0099);  // and it is informative: 10 ms before
-  // A frame soon after shares the errors of this one: it is left out.
-  estimator.Add({FromSeconds(0.15), *features, points, Pose()}, map, forward);
-  EXPECT_EQ(estimator.estimate().sigma.depth_delay, estimate.sigma.depth_delay);
-  estimator.Add({FromSeconds(0.2), *features, points, Pose()}, map, back);
-  EXPECT_LT(estimator.estimate().sigma.depth_delay, 0.99 * estimate.sigma.depth_delay);
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "sensor/frame_timing_estimator.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include <Eigen/Cholesky>
@@ -19,12 +18,9 @@ const Eigen::Vector3d kLeastTiming(0.0, 0.0, -0.03), kMostTiming(0.05, 0.05, 0.0
 // it.
 constexpr double kConfidence = 2.0;
 constexpr double kMemory = 5.0;  // [s] of the filter
-// [s] Frames within this time count as one: they share landmarks and thus errors.
-constexpr double kCorrelated = 0.83;
-// [s] Frames that follow sooner add next to nothing and are left out.
-constexpr double kInterval = 0.095;
-constexpr double kLongestShare = 0.1;  // [s] that a frame stands for, also after a longer pause
-constexpr double kMaxChi2 = 7.81;      // of three rows, 95 %
+// Frames share landmarks and thus errors: this number of frames counts as one.
+constexpr double kCorrelatedReadings = 25.0;
+constexpr double kMaxChi2 = 7.81;  // of three rows, 95 %
 constexpr int kMinPoints = 30;
 // Information of a pose below that of any image, which keeps unobservable directions out of the
 // equations.
@@ -128,7 +124,7 @@ void FrameTimingEstimator::AddPoint(const PointFeature& feature, const MapPoint&
 
 void FrameTimingEstimator::Add(const View& view, const Map& map, const Twist& motion) {
   const double dt = ToSeconds(view.stamp - last_);
-  if (dt < kInterval) return;
+  if (dt <= 0.0) return;
   Equations equations;
   for (std::size_t i = 0; i < view.points.size(); ++i) {
     const PointFeature& feature = view.features.points[i];
@@ -143,14 +139,14 @@ void FrameTimingEstimator::Add(const View& view, const Map& map, const Twist& mo
   const Eigen::Matrix<double, 6, 3> eliminated = pose.ldlt().solve(mixed);
   const Matrix N = equations.H.bottomRightCorner<3, 3>() - mixed.transpose() * eliminated;
   const Vector g = equations.g.tail<3>() - eliminated.transpose() * equations.g.head<6>();
-  const double weight = std::min(dt, kLongestShare) / kCorrelated;
-  information_ = std::exp(-dt / kMemory) * information_ + weight * N;
+  information_ = std::exp(-dt / kMemory) * information_ + N / kCorrelatedReadings;
   last_ = view.stamp;
   const Matrix covariance = Covariance();
   // The residuals belong to the applied timing, not to the estimate.
   const Vector gradient = g + N * (estimate_ - AsVector(timing_));
-  estimate_ =
-      (estimate_ - covariance * (weight * gradient)).cwiseMax(kLeastTiming).cwiseMin(kMostTiming);
+  estimate_ = (estimate_ - covariance * gradient / kCorrelatedReadings)
+                  .cwiseMax(kLeastTiming)
+                  .cwiseMin(kMostTiming);
   const Eigen::Array3d uncertainty = kConfidence * covariance.diagonal().array().sqrt();
   timing_ = AsTiming(((estimate_ - known_).array().abs() > uncertainty).select(estimate_, known_),
                      timing_.direction);
