@@ -127,7 +127,7 @@ struct VariableProjection::Memory {
     std::vector<double> x;          // blocks of the unknowns
     std::vector<double> landmarks;  // blocks of the landmarks
     std::vector<double> costs;      // sum of rho of each landmark's factors
-    std::vector<double> damping;    // of each landmark
+    std::vector<double> damping;    // of each landmark, as a fraction of its diagonal
     // Feedback of each landmark to a step, dl = -u - W dx: u, then W, column by column.
     std::vector<double> feedback;
     Eigen::MatrixXd H;  // upper triangle
