@@ -1,12 +1,16 @@
 // `highwall slam --view` as a user sees it: by HTTP, and in Debian's chromium.
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <httplib.h>
 #undef _res  // of resolv.h, and a name in Eigen
@@ -38,6 +42,24 @@ class ViewOfARun : public ::testing::Test {
     client_.set_read_timeout(60);
   }
 
+  // Appends the walk backwards and forwards again to the lists of the dataset, for a run that
+  // a slow browser does not see end.
+  void RepeatTheWalk(int times) const {
+    for (const std::string kind : {"rgb", "depth"}) {
+      const fs::path list = folder_ / "dataset" / (kind + ".txt");
+      std::vector<std::string> images;
+      std::istringstream lines(ReadText(list));
+      for (std::string line; std::getline(lines, line);) {
+        if (!line.starts_with('#')) images.push_back(line.substr(line.find(' ') + 1));
+      }
+      std::ofstream out(list);
+      for (int frame = 0; frame < times * kFrames; ++frame) {
+        if (frame % kFrames == 0 && frame > 0) std::ranges::reverse(images);
+        out << fmt::format("{:.6f} {}\n", 1 + frame / 30.0,
+                           images[static_cast<std::size_t>(frame % kFrames)]);
+      }
+    }
+  }
   // Paused before the second frame, so that what follows does not depend on time.
   void Start(const std::vector<std::string>& more = {}) {
     std::vector<std::string> arguments = {
@@ -148,6 +170,7 @@ TEST_F(ViewOfARun, APortInUseIsRefusedBeforeTheRun) {
 
 TEST_F(ViewOfARun, ABrowserShowsItAndItsButtonsAct) {
   if (!Browser::IsInstalled()) GTEST_SKIP() << "needs Debian's chromium";
+  RepeatTheWalk(100);
   Start();
   Browser browser(folder_ / "profile");
   browser.Open(url());
