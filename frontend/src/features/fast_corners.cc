@@ -1,93 +1,189 @@
 #include "features/fast_corners.h"
 
+#include <algorithm>
 #include <array>
-#include <bit>
 #include <cstddef>
+#include <cstring>
+#include <utility>
 
-#include <opencv2/core/hal/intrin.hpp>
+#include <highwall/internal/target_clones.h>
 
 #include "features/fast_score.h"
 
 namespace highwall::internal {
 namespace {
 
-// Places on the circle that any arc of 9 pixels contains two adjacent ones of.
-constexpr std::array<std::size_t, 4> kCompass{0, 4, 8, 12};
+constexpr int kRadius = 3;  // [px] of the circle
+constexpr int kLanes = 32;  // pixels of a row that are scored together
+constexpr std::size_t kCircle = FastCircle::kPixels.size();
 
-// Returns whether two adjacent compass points are brighter, or darker, than the centre by more than
-// the threshold.
-bool MayBeCorner(const std::uint8_t* centre, const FastCircle& circle, int threshold) {
-  std::array<bool, 4> brighter{}, darker{};
-  for (std::size_t i = 0; i < 4; ++i) {
-    const int difference = centre[circle.offsets[kCompass[i]]] - *centre;
-    brighter[i] = difference > threshold;
-    darker[i] = difference < -threshold;
-  }
-  bool any = false;
-  for (std::size_t i = 0; i < 4; ++i) {
-    any |= (brighter[i] && brighter[(i + 1) % 4]) || (darker[i] && darker[(i + 1) % 4]);
-  }
-  return any;
+// A pixel in each lane. The functions of these are inlined into the clones of ScoreRow().
+using Lanes [[gnu::vector_size(kLanes)]] = std::uint8_t;
+
+[[gnu::always_inline]] inline void LowerTo(const Lanes& other, Lanes* lanes) {
+  *lanes = *lanes < other ? *lanes : other;
+}
+[[gnu::always_inline]] inline void RaiseTo(const Lanes& other, Lanes* lanes) {
+  *lanes = *lanes > other ? *lanes : other;
 }
 
-// Returns MayBeCorner() of 16 pixels, a bit each, the first the lowest.
-unsigned MayBeCorners(const std::uint8_t* centre, const FastCircle& circle, int threshold) {
-  const cv::v_uint8x16 value = cv::v_load(centre);
-  const cv::v_uint8x16 step = cv::v_setall_u8(static_cast<std::uint8_t>(threshold));
-  const cv::v_uint8x16 above = value + step, below = value - step;  // both saturate
-  std::array<cv::v_uint8x16, 4> brighter, darker;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const cv::v_uint8x16 other = cv::v_load(centre + circle.offsets[kCompass[i]]);
-    brighter[i] = other > above;
-    darker[i] = other < below;
+using Circle = std::array<Lanes, kCircle>;
+using Places = std::make_index_sequence<kCircle>;
+
+// Combines each value on the circle with the one `step` places further on. The loop is unrolled, so
+// that the circle is kept in registers.
+template <std::size_t step, void (*kTo)(const Lanes&, Lanes*), std::size_t... i>
+[[gnu::always_inline]] inline void Combine(Circle* circle, std::index_sequence<i...>) {
+  const Circle before = *circle;
+  (kTo(before[(i + step) % kCircle], &(*circle)[i]), ...);
+}
+
+// Replaces values on the circle by the extrema over the arcs of 9 that begin with them; those over
+// arcs of 2, 4, 8 and 9 pixels are computed from the previous ones.
+template <void (*kTo)(const Lanes&, Lanes*)>
+[[gnu::always_inline]] inline void TakeOverArcs(Circle* circle) {
+  Combine<1, kTo>(circle, Places());
+  Combine<2, kTo>(circle, Places());
+  Combine<4, kTo>(circle, Places());
+  Combine<1, kTo>(circle, Places());
+}
+
+// Returns the extremum of all values.
+template <void (*kTo)(const Lanes&, Lanes*), std::size_t... i>
+[[gnu::always_inline]] inline void TakeAll(const Circle& circle, Lanes* best,
+                                           std::index_sequence<i...>) {
+  (kTo(circle[i], best), ...);
+}
+
+template <std::size_t... i>
+[[gnu::always_inline]] inline void LoadCircle(const std::uint8_t* centre,
+                                              const std::ptrdiff_t* offsets, Circle* circle,
+                                              std::index_sequence<i...>) {
+  (std::memcpy(&(*circle)[i], centre + offsets[i], sizeof(Lanes)), ...);
+}
+
+[[gnu::always_inline]] inline bool IsAnySet(const Lanes& lanes) {
+  std::array<std::uint64_t, kLanes / sizeof(std::uint64_t)> words;
+  std::memcpy(words.data(), &lanes, sizeof(lanes));
+  return (words[0] | words[1] | words[2] | words[3]) != 0;
+}
+
+// Computes the scores of the pixels of which `centre` is the first: OpenCV's, the highest threshold
+// with which a pixel is still a corner, or 0.
+[[gnu::always_inline]] inline void ScoreLanes(const std::uint8_t* centre,
+                                              const std::ptrdiff_t* offsets, std::uint8_t threshold,
+                                              std::uint8_t* scores) {
+  // Most groups of pixels have no candidate: any arc of 9 contains one of each two opposite pixels.
+  Lanes value, above = ~Lanes{}, below{};
+  std::memcpy(&value, centre, sizeof(value));
+  for (std::size_t i = 0; i < kCircle / 2; i += 2) {
+    Lanes a, b;
+    std::memcpy(&a, centre + offsets[i], sizeof(a));
+    std::memcpy(&b, centre + offsets[i + kCircle / 2], sizeof(b));
+    Lanes low = a;
+    LowerTo(b, &low);
+    RaiseTo(a, &b);
+    LowerTo(b, &above);
+    RaiseTo(low, &below);
   }
-  cv::v_uint8x16 any = cv::v_setzero_u8();
-  for (std::size_t i = 0; i < 4; ++i) {
-    any = any | (brighter[i] & brighter[(i + 1) % 4]) | (darker[i] & darker[(i + 1) % 4]);
+  RaiseTo(value, &above);
+  LowerTo(value, &below);
+  const Lanes least = Lanes{} + threshold;
+  const bool is_any_brighter = IsAnySet(above - value > least);
+  const bool is_any_darker = IsAnySet(value - below > least);
+  if (!is_any_brighter && !is_any_darker) return;
+
+  Circle circle;
+  Lanes contrast{};
+  if (is_any_brighter) {
+    LoadCircle(centre, offsets, &circle, Places());
+    TakeOverArcs<LowerTo>(&circle);
+    Lanes best = value;
+    TakeAll<RaiseTo>(circle, &best, Places());
+    contrast = best - value;
   }
-  return static_cast<unsigned>(cv::v_signmask(any));
+  if (is_any_darker) {
+    LoadCircle(centre, offsets, &circle, Places());
+    TakeOverArcs<RaiseTo>(&circle);
+    Lanes best = value;
+    TakeAll<LowerTo>(circle, &best, Places());
+    RaiseTo(value - best, &contrast);
+  }
+  const Lanes score = contrast > least ? contrast - 1 : Lanes{};
+  std::memcpy(scores, &score, sizeof(score));
+}
+
+// Computes the scores of a row of at least kLanes pixels; the last group of them overlaps the one
+// before.
+HIGHWALL_TARGET_CLONES("avx2", "default")
+void ScoreRow(const std::uint8_t* row, const std::ptrdiff_t* offsets, int count,
+              std::uint8_t threshold, std::uint8_t* scores) {
+  for (int x = 0; x < count; x += kLanes) {
+    const int first = std::min(x, count - kLanes);
+    ScoreLanes(row + first, offsets, threshold, scores + first);
+  }
+}
+
+// Computes the scores of a row of fewer pixels.
+void ScoreShortRow(const std::uint8_t* first, std::ptrdiff_t stride, int count,
+                   std::uint8_t threshold, std::uint8_t* scores) {
+  constexpr int kSide = 2 * kRadius + 1, kStride = kLanes + 2 * kRadius;
+  static const FastCircle kCircleOfCopy(kStride);
+  std::array<std::uint8_t, kSide * kStride> copy{};
+  for (int y = 0; y < kSide; ++y) {
+    std::memcpy(&copy[static_cast<std::size_t>(y * kStride)],
+                first + (y - kRadius) * stride - kRadius,
+                static_cast<std::size_t>(count + 2 * kRadius));
+  }
+  std::array<std::uint8_t, kLanes> all{};
+  ScoreRow(&copy[kRadius * kStride + kRadius], kCircleOfCopy.offsets.data(), kLanes, threshold,
+           all.data());
+  std::copy_n(all.begin(), count, scores);
 }
 
 }  // namespace
 
 void FastCorners::Append(const cv::Mat& image, const cv::Rect& area, int threshold,
                          std::vector<cv::KeyPoint>* corners) {
-  constexpr int kLanes = 16;
-  const FastCircle circle(static_cast<std::ptrdiff_t>(image.step[0]));
-  const auto width = static_cast<std::size_t>(area.width) + 2;
-  const auto at = [&](int x, int y) {
-    return static_cast<std::size_t>(y + 1) * width + static_cast<std::size_t>(x + 1);
-  };
-  scores_.assign(width * (static_cast<std::size_t>(area.height) + 2), 0);
-  for (int y = 0; y < area.height; ++y) {
-    const auto* row = image.ptr<std::uint8_t>(area.y + y) + area.x;
-    const auto score = [&](int x) {
-      // OpenCV's score is the highest threshold with which the pixel is still a corner.
-      const int contrast = FastScore(row + x, circle);
-      if (contrast > threshold) scores_[at(x, y)] = static_cast<std::uint8_t>(contrast - 1);
-    };
-    int x = 0;
-    for (; x + kLanes <= area.width; x += kLanes) {
-      for (unsigned left = MayBeCorners(row + x, circle, threshold); left != 0; left &= left - 1) {
-        score(x + std::countr_zero(left));
-      }
-    }
-    for (; x < area.width; ++x) {
-      if (MayBeCorner(row + x, circle, threshold)) score(x);
-    }
-  }
+  Score(image, area, static_cast<std::uint8_t>(threshold));
   for (int y = 0; y < area.height; ++y) {
     for (int x = 0; x < area.width; ++x) {
-      const std::uint8_t score = scores_[at(x, y)];
+      const std::uint8_t* here = &scores_[At(x, y)];
+      std::uint64_t next = 0;
+      std::memcpy(&next, here, sizeof(next));
+      if (next == 0) {
+        x += static_cast<int>(sizeof(next)) - 1;
+        continue;
+      }
+      const std::uint8_t score = *here;
       if (score == 0) continue;
       const auto beaten = [&](int row) {
-        const std::uint8_t* around = &scores_[at(x - 1, row)];
+        const std::uint8_t* around = &scores_[At(x - 1, row)];
         return around[0] >= score || around[2] >= score || (row != y && around[1] >= score);
       };
       if (beaten(y - 1) || beaten(y) || beaten(y + 1)) continue;
       corners->emplace_back(static_cast<float>(area.x + x), static_cast<float>(area.y + y), 7.0F,
                             -1.0F, static_cast<float>(score));
     }
+  }
+}
+
+std::size_t FastCorners::At(int x, int y) const {
+  return static_cast<std::size_t>(y + 1) * stride_ + static_cast<std::size_t>(x + 1);
+}
+
+void FastCorners::Score(const cv::Mat& image, const cv::Rect& area, std::uint8_t threshold) {
+  stride_ = static_cast<std::size_t>(area.width) + sizeof(std::uint64_t);
+  scores_.assign(stride_ * (static_cast<std::size_t>(area.height) + 2) + sizeof(std::uint64_t), 0);
+  const auto stride = static_cast<std::ptrdiff_t>(image.step[0]);
+  const FastCircle circle(stride);
+  for (int y = 0; y < area.height; ++y) {
+    const auto* row = image.ptr<std::uint8_t>(area.y + y) + area.x;
+    if (area.width < kLanes) {
+      ScoreShortRow(row, stride, area.width, threshold, &scores_[At(0, y)]);
+      continue;
+    }
+    ScoreRow(row, circle.offsets.data(), area.width, threshold, &scores_[At(0, y)]);
   }
 }
 

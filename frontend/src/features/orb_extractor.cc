@@ -23,7 +23,6 @@ namespace {
 constexpr int kPatchRadius = 15;  // [px] of the intensity centroid, Rublee et al. 2011
 constexpr int kPatchSize = 31;    // [px] of the descriptor
 constexpr int kBorder = 17;       // [px] corners closer to the edge of a level are not used
-constexpr int kFastRadius = 3;    // [px] cv::FAST leaves out this border of its image
 constexpr int kCellSize = 32;     // [px of the level] searched again if FAST finds nothing
 constexpr int kMinLevelSide = 2 * kBorder + 8;  // [px] smallest level that is searched
 
@@ -64,16 +63,6 @@ bool IsSearched(const cv::Mat& image) {
   return std::min(image.cols, image.rows) >= kMinLevelSide;
 }
 
-// Runs FAST over the whole level.
-std::vector<cv::KeyPoint> FindCorners(const cv::Mat& image, int threshold) {
-  const cv::Rect area = SearchArea(image);
-  const cv::Point margin(kFastRadius, kFastRadius);
-  std::vector<cv::KeyPoint> corners;
-  cv::FAST(image(cv::Rect(area.tl() - margin, area.br() + margin)), corners, threshold, true);
-  for (cv::KeyPoint& corner : corners) corner.pt += cv::Point2f(area.tl() - margin);
-  return corners;
-}
-
 // Runs FAST in the cells of a level that have no corner yet; adjacent empty cells in a row are
 // searched together.
 void FillEmptyCells(const cv::Mat& image, int size, int threshold,
@@ -105,7 +94,8 @@ void FillEmptyCells(const cv::Mat& image, int size, int threshold,
 // Runs FAST over the whole level, then with the lower threshold in cells where that finds nothing.
 std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractorOptions& options) {
   if (!IsSearched(image)) return {};
-  std::vector<cv::KeyPoint> corners = FindCorners(image, options.fast_threshold);
+  std::vector<cv::KeyPoint> corners;
+  internal::FastCorners().Append(image, SearchArea(image), options.fast_threshold, &corners);
   if (options.min_fast_threshold < options.fast_threshold) {
     FillEmptyCells(image, kCellSize, options.min_fast_threshold, &corners);
   }
