@@ -198,6 +198,7 @@ TEST(OrbExtractor, LowersTheThresholdOnlyInCellsWithoutCorners) {
   EXPECT_GT(weak_right, 50);
 }
 
+// Up to the rounding of the smoothed image; see orb_descriptor_test.cc.
 TEST(OrbExtractor, DescribesCornersAsOpenCvDoes) {
   const cv::Mat image = TexturedImage(320, 240, 127.0, 7);
   const ExtractedPoints features =
@@ -206,7 +207,9 @@ TEST(OrbExtractor, DescribesCornersAsOpenCvDoes) {
   cv::Mat descriptors;
   cv::ORB::create(500, 1.2F, 1, 0)->compute(image, keypoints, descriptors);
   ASSERT_EQ(keypoints.size(), features.keypoints.size());
-  EXPECT_TRUE(Equal(descriptors, features.descriptors));
+  ASSERT_EQ(descriptors.size(), features.descriptors.size());
+  const double different = cv::norm(descriptors, features.descriptors, cv::NORM_HAMMING);
+  EXPECT_LE(different / descriptors.rows, 2.0) << "of 256";
 }
 
 TEST(OrbExtractor, DoesNotDependOnTheNumberOfThreads) {

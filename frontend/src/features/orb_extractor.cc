@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include <opencv2/core/utility.hpp>
-#include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
@@ -15,6 +14,7 @@
 #include "features/corner_refinement.h"
 #include "features/fast_corners.h"
 #include "features/image_noise.h"
+#include "features/orb_descriptor.h"
 #include "features/square_suppression.h"
 
 namespace highwall {
@@ -127,10 +127,6 @@ struct OrbExtractor::Impl {
   FeatureType kind;
   std::vector<double> scales;
   std::vector<double> noise_shares;  // share of the sigma of white noise that remains on each level
-  // One level without a border of its own: computes descriptors of given corners on a level's
-  // image.
-  cv::Ptr<cv::ORB> describer =
-      cv::ORB::create(1, 1.2F, 1, 0, 0, 2, cv::ORB::FAST_SCORE, kPatchSize);
 
   explicit Impl(const OrbExtractorOptions& o) : options(o) {
     options.Validate();
@@ -197,11 +193,9 @@ struct OrbExtractor::Impl {
     ExtractedPoints features;
     if (corners.empty()) return features;
     for (cv::KeyPoint& corner : corners) {
-      corner.octave = 0;
-      corner.size = kPatchSize;
       corner.angle = IntensityCentroidAngle(image, cvRound(corner.pt.x), cvRound(corner.pt.y));
     }
-    describer->compute(image, corners, features.descriptors);
+    features.descriptors = internal::DescribeOrb(image, corners);
     // cv::resize aligns the outer edges of the images, not the centres of their first pixels.
     const float sx = static_cast<float>(full_size.width) / static_cast<float>(image.cols);
     const float sy = static_cast<float>(full_size.height) / static_cast<float>(image.rows);

@@ -12,7 +12,7 @@ namespace [[gnu::visibility("default")]] highwall {
 // Oriented FAST corners with rotated BRIEF descriptors (Rublee, Rabaud, Konolige, Bradski 2011) on
 // a scale pyramid, spread evenly over the image: weak corners where there are no strong ones, and
 // strongest-first suppression by squares whose side is chosen so that the budget is met (Bailo et
-// al. 2018). Descriptors are bit-compatible with those of cv::ORB.
+// al. 2018). Descriptors agree with those of cv::ORB up to the rounding of the smoothed image.
 //
 // Keypoints are ordered by octave, the strongest first; their response is the FAST score, their
 // size [px] the diameter of the described patch. Extract() may be called from several threads at
