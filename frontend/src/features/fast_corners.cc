@@ -124,6 +124,21 @@ void ScoreRow(const std::uint8_t* row, const std::ptrdiff_t* offsets, int count,
   }
 }
 
+// Copies the scores of a row that are larger than those of all eight neighbours; the others are 0.
+HIGHWALL_TARGET_CLONES("avx2", "default")
+void KeepPeaks(const std::uint8_t* __restrict row, std::size_t stride, std::size_t count,
+               std::uint8_t* __restrict peaks) {
+  for (std::size_t x = 0; x < count; ++x) {
+    const std::uint8_t* a = row + x - stride;
+    const std::uint8_t* b = row + x;
+    const std::uint8_t* c = row + x + stride;
+    const std::uint8_t beside = std::max(b[-1], b[1]);
+    const std::uint8_t above = std::max(std::max(a[-1], a[0]), a[1]);
+    const std::uint8_t below = std::max(std::max(c[-1], c[0]), c[1]);
+    peaks[x] = *b > std::max(std::max(beside, above), below) ? *b : std::uint8_t{0};
+  }
+}
+
 // Computes the scores of a row of fewer pixels.
 void ScoreShortRow(const std::uint8_t* first, std::ptrdiff_t stride, int count,
                    std::uint8_t threshold, std::uint8_t* scores) {
@@ -146,44 +161,41 @@ void ScoreShortRow(const std::uint8_t* first, std::ptrdiff_t stride, int count,
 void FastCorners::Append(const cv::Mat& image, const cv::Rect& area, int threshold,
                          std::vector<cv::KeyPoint>* corners) {
   Score(image, area, static_cast<std::uint8_t>(threshold));
+  using Word = std::uint64_t;  // of pixels, most of which are no corners
+  const auto width = static_cast<std::size_t>(area.width);
+  peaks_.assign(width + sizeof(Word), 0);
   for (int y = 0; y < area.height; ++y) {
-    for (int x = 0; x < area.width; ++x) {
-      const std::uint8_t* here = &scores_[At(x, y)];
-      std::uint64_t next = 0;
-      std::memcpy(&next, here, sizeof(next));
-      if (next == 0) {
-        x += static_cast<int>(sizeof(next)) - 1;
-        continue;
+    KeepPeaks(Row(y), stride_, width, peaks_.data());
+    for (std::size_t word = 0; word < width; word += sizeof(Word)) {
+      Word any = 0;
+      std::memcpy(&any, &peaks_[word], sizeof(any));
+      if (any == 0) continue;
+      for (std::size_t x = word; x < word + sizeof(Word); ++x) {
+        if (peaks_[x] == 0) continue;
+        corners->emplace_back(static_cast<float>(area.x + static_cast<int>(x)),
+                              static_cast<float>(area.y + y), 7.0F, -1.0F,
+                              static_cast<float>(peaks_[x]));
       }
-      const std::uint8_t score = *here;
-      if (score == 0) continue;
-      const auto beaten = [&](int row) {
-        const std::uint8_t* around = &scores_[At(x - 1, row)];
-        return around[0] >= score || around[2] >= score || (row != y && around[1] >= score);
-      };
-      if (beaten(y - 1) || beaten(y) || beaten(y + 1)) continue;
-      corners->emplace_back(static_cast<float>(area.x + x), static_cast<float>(area.y + y), 7.0F,
-                            -1.0F, static_cast<float>(score));
     }
   }
 }
 
-std::size_t FastCorners::At(int x, int y) const {
-  return static_cast<std::size_t>(y + 1) * stride_ + static_cast<std::size_t>(x + 1);
+std::uint8_t* FastCorners::Row(int y) {
+  return scores_.data() + static_cast<std::size_t>(y + 1) * stride_ + 1;
 }
 
 void FastCorners::Score(const cv::Mat& image, const cv::Rect& area, std::uint8_t threshold) {
-  stride_ = static_cast<std::size_t>(area.width) + sizeof(std::uint64_t);
-  scores_.assign(stride_ * (static_cast<std::size_t>(area.height) + 2) + sizeof(std::uint64_t), 0);
+  stride_ = static_cast<std::size_t>(area.width) + 2;
+  scores_.assign(stride_ * (static_cast<std::size_t>(area.height) + 2), 0);
   const auto stride = static_cast<std::ptrdiff_t>(image.step[0]);
   const FastCircle circle(stride);
   for (int y = 0; y < area.height; ++y) {
     const auto* row = image.ptr<std::uint8_t>(area.y + y) + area.x;
     if (area.width < kLanes) {
-      ScoreShortRow(row, stride, area.width, threshold, &scores_[At(0, y)]);
+      ScoreShortRow(row, stride, area.width, threshold, Row(y));
       continue;
     }
-    ScoreRow(row, circle.offsets.data(), area.width, threshold, &scores_[At(0, y)]);
+    ScoreRow(row, circle.offsets.data(), area.width, threshold, Row(y));
   }
 }
 

@@ -22,11 +22,12 @@ class FastCorners {
  private:
   // Computes scores_.
   void Score(const cv::Mat& image, const cv::Rect& area, std::uint8_t threshold);
-  // Returns the index of a pixel of the area in scores_.
-  std::size_t At(int x, int y) const;
+  // Returns the first of a row of the area in scores_.
+  std::uint8_t* Row(int y);
 
   std::vector<std::uint8_t> scores_;  // of the area with a border of 1 pixel, 0: no corner
   std::size_t stride_ = 0;            // of a row of scores_
+  std::vector<std::uint8_t> peaks_;   // the scores of a row that are not suppressed
 };
 
 }  // namespace highwall::internal

@@ -6,6 +6,7 @@
 
 #include <highwall/core/so3.h>
 #include <highwall/frontend/features/orb_matcher.h>
+#include <highwall/internal/target_clones.h>
 
 #include "map/best_pairs.h"
 
@@ -34,23 +35,32 @@ class EpipolarLines {
   const Eigen::Matrix3d essential_;
 };
 
-// A corner of b to be matched.
-struct Candidate {
-  int index = 0;
-  int octave = 0;
-  double sigma = 0.0;  // [px]
-  Eigen::Vector2d uv;
+// The corners of b to be matched, as arrays for DistancesToLine().
+struct Candidates {
+  std::vector<int> indices, octaves;
+  std::vector<double> u, v, sigmas;  // [px]
 };
 
-std::vector<Candidate> CandidatesOf(const MeasurementModel& model, const EpipolarView& view) {
-  std::vector<Candidate> candidates;
+Candidates CandidatesOf(const MeasurementModel& model, const EpipolarView& view) {
+  Candidates candidates;
   for (std::size_t j = 0; j < view.wanted.size(); ++j) {
     if (!view.wanted[j]) continue;
     const PointFeature& feature = view.features.points[j];
-    candidates.push_back(
-        {static_cast<int>(j), feature.octave, model.PointSigma(feature), feature.uv});
+    candidates.indices.push_back(static_cast<int>(j));
+    candidates.octaves.push_back(feature.octave);
+    candidates.u.push_back(feature.uv.x());
+    candidates.v.push_back(feature.uv.y());
+    candidates.sigmas.push_back(model.PointSigma(feature));
   }
   return candidates;
+}
+
+// Computes the distances [px] from a line to corners.
+HIGHWALL_TARGET_CLONES("avx2", "default")
+void DistancesToLine(const double* line, const double* __restrict u, const double* __restrict v,
+                     std::size_t count, double* __restrict distances) {
+  const double a = line[0], b = line[1], c = line[2];
+  for (std::size_t j = 0; j < count; ++j) distances[j] = std::abs(a * u[j] + b * v[j] + c);
 }
 
 }  // namespace
@@ -62,7 +72,8 @@ std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, co
   if (T_BA.p().norm() < kNoBaseline) return {};
   const EpipolarLines lines(model.camera(), T_BA);
   const double bound = std::sqrt(options.chi2);
-  const std::vector<Candidate> candidates = CandidatesOf(model, b);
+  const Candidates candidates = CandidatesOf(model, b);
+  std::vector<double> distances(candidates.indices.size());
   BestPairs pairs(b.wanted.size());
   for (std::size_t i = 0; i < a.wanted.size(); ++i) {
     if (!a.wanted[i]) continue;
@@ -72,13 +83,15 @@ std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, co
     const std::uint8_t* descriptor = a.features.point_descriptors.ptr(static_cast<int>(i));
     BestPartner best;
     const double sigma = model.PointSigma(from);
-    for (const Candidate& to : candidates) {
-      if (std::abs(to.octave - from.octave) > 1) continue;
-      const double distance = std::abs(line->head<2>().dot(to.uv) + line->z());
+    DistancesToLine(line->data(), candidates.u.data(), candidates.v.data(), distances.size(),
+                    distances.data());
+    for (std::size_t j = 0; j < distances.size(); ++j) {
       // The root of the sum of squares is below the sum: this test rejects most without it.
-      if (distance > bound * (sigma + to.sigma)) continue;
-      if (distance > bound * std::hypot(sigma, to.sigma)) continue;
-      best.Offer(to.index, HammingDistance(descriptor, b.features.point_descriptors.ptr(to.index)));
+      if (distances[j] > bound * (sigma + candidates.sigmas[j])) continue;
+      if (distances[j] > bound * std::hypot(sigma, candidates.sigmas[j])) continue;
+      if (std::abs(candidates.octaves[j] - from.octave) > 1) continue;
+      const int index = candidates.indices[j];
+      best.Offer(index, HammingDistance(descriptor, b.features.point_descriptors.ptr(index)));
     }
     if (best.IsClear(options.max_hamming, options.ratio)) pairs.Take(static_cast<int>(i), best);
   }
