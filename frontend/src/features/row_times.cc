@@ -209,7 +209,7 @@ std::shared_ptr<const FrameFeatures> CompensatedToMiddleRow(const FrameFeatures&
                                                             double readout, const Twist& motion,
                                                             ReadoutDirection direction) {
   return Moved(features, camera, [&](const Eigen::Vector2d& uv, const Eigen::Vector3d& p_C, bool) {
-    return motion.Over(readout * RowTime(uv, camera, direction)) * p_C;
+    return motion.Transform(readout * RowTime(uv, camera, direction), p_C);
   });
 }
 
@@ -242,7 +242,7 @@ std::shared_ptr<const FrameFeatures> MovedOtherwise(const FrameFeatures& feature
       features, camera, [&](const Eigen::Vector2d& uv, const Eigen::Vector3d& p_C, bool measured) {
         const double row_time = RowTime(uv, camera, direction);
         Eigen::Vector3d seen =
-            assumed.motion.Over(assumed.timing.colour_readout * row_time).Inverse() * p_C;
+            assumed.motion.Transform(-assumed.timing.colour_readout * row_time, p_C);
         if (measured) {
           const double before = assumed.DepthLate(row_time), after = found.DepthLate(row_time);
           // The rate is linear in the motion. At an edge the surface is assumed to face the camera.
@@ -252,7 +252,7 @@ std::shared_ptr<const FrameFeatures> MovedOtherwise(const FrameFeatures& feature
               DepthRate(features.depth_grid, grid, p_C, more).value_or(more.Flow(p_C).z());
           seen *= std::max(0.5, 1.0 - change / seen.z());
         }
-        return (found.motion.Over(found.timing.colour_readout * row_time) * seen).eval();
+        return found.motion.Transform(found.timing.colour_readout * row_time, seen);
       });
 }
 

@@ -16,6 +16,8 @@ struct Twist {
   static Twist Between(const Pose& T_AB, double dt);
   // Returns the motion within dt [s], backwards in time if negative: T_(now, now + dt).
   Pose Over(double dt) const;
+  // Returns Over(dt) * p, for single points in less time than the pose takes.
+  Eigen::Vector3d Transform(double dt, const Eigen::Vector3d& p) const;
   // Velocity of a static point, seen from the camera [m/s].
   Eigen::Vector3d Flow(const Eigen::Vector3d& p_C) const { return -(v + omega.cross(p_C)); }
 };
