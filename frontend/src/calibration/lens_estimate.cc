@@ -50,7 +50,8 @@ class LensProblem {
         held_(std::move(views.held)),
         points_(std::move(views.points)) {
     const PinholeCamera& camera = model.camera();
-    lens_ << camera.fx, camera.fy, camera.cx, camera.cy, 0.0;
+    known_ << camera.fx, camera.fy, camera.cx, camera.cy, 0.0;
+    lens_ = known_;
   }
 
   std::size_t points() const { return points_.size(); }
@@ -69,6 +70,14 @@ class LensProblem {
   }
 
   const LensVector& lens() const { return lens_; }
+
+  // Growth of the squared residuals if one value returns to that of the model, relative.
+  LensVector Growth() const {
+    double squared = 0.0;
+    for (const Linear& l : linear_) squared += l.r.squaredNorm();
+    return (lens_ - known_).cwiseAbs2().cwiseQuotient(covariance_.diagonal()) /
+           std::max(squared, 1e-12);
+  }
 
   // Standard deviations by the scatter of the groups' contributions to the gradient.
   LensVector Sigma() const {
@@ -230,7 +239,7 @@ class LensProblem {
   }
 
   const double c_;
-  LensVector lens_;
+  LensVector known_, lens_;
   std::vector<Pose> poses_;  // T_CW
   std::vector<std::size_t> held_;
   std::vector<SeenPoint> points_;
@@ -277,9 +286,13 @@ std::optional<LensEstimate> EstimateLens(LensViews views, const MeasurementModel
   if (problem.points() < kLeastPoints || !problem.Solve()) return std::nullopt;
   LensEstimate estimate{.intrinsics = problem.lens().head<4>(),
                         .sigma = problem.Sigma().head<4>(),
+                        .growth = problem.Growth().head<4>(),
                         .keyframes = static_cast<int>(images),
                         .points = static_cast<int>(problem.points())};
-  if (!estimate.intrinsics.allFinite() || !estimate.sigma.allFinite()) return std::nullopt;
+  if (!estimate.intrinsics.allFinite() || !estimate.sigma.allFinite() ||
+      !estimate.growth.allFinite()) {
+    return std::nullopt;
+  }
   return estimate;
 }
 

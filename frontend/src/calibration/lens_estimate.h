@@ -25,8 +25,8 @@ struct LensViews {
     std::vector<View> views;  // two or more, one of them with depth
   };
 
-  std::vector<Pose> T_CW;             // of the images, estimated as well
-  std::vector<std::size_t> held;      // images whose poses are fixed: one of each world
+  std::vector<Pose> T_CW;         // of the images, estimated as well
+  std::vector<std::size_t> held;  // images whose poses are fixed: one of each world
   std::vector<SeenPoint> points;
 };
 
@@ -36,6 +36,10 @@ struct LensEstimate {
   // [px] Standard deviations by the scatter between groups of keyframes: they hold whatever the
   // noise of the observations is, and also where the map was made with a wrong lens.
   Eigen::Vector4d sigma = Eigen::Vector4d::Zero();
+  // By how much the squared residuals would grow, relative to their sum, if one of these values
+  // were that of the model and all others were adjusted. It hardly depends on how many views there
+  // are.
+  Eigen::Vector4d growth = Eigen::Vector4d::Zero();
   int keyframes = 0, points = 0;
 };
 
