@@ -13,6 +13,8 @@
 namespace highwall::internal {
 namespace {
 
+using Word = std::uint64_t;  // of pixels, most of which are no corners
+constexpr int kScoredRows = 3;
 constexpr int kRadius = 3;  // [px] of the circle
 constexpr int kLanes = 32;  // pixels of a row that are scored together
 constexpr std::size_t kCircle = FastCircle::kPixels.size();
@@ -126,16 +128,13 @@ void ScoreRow(const std::uint8_t* row, const std::ptrdiff_t* offsets, int count,
 
 // Copies the scores of a row that are larger than those of all eight neighbours; the others are 0.
 HIGHWALL_TARGET_CLONES("avx2", "default")
-void KeepPeaks(const std::uint8_t* __restrict row, std::size_t stride, std::size_t count,
-               std::uint8_t* __restrict peaks) {
-  for (std::size_t x = 0; x < count; ++x) {
-    const std::uint8_t* a = row + x - stride;
-    const std::uint8_t* b = row + x;
-    const std::uint8_t* c = row + x + stride;
-    const std::uint8_t beside = std::max(b[-1], b[1]);
-    const std::uint8_t above = std::max(std::max(a[-1], a[0]), a[1]);
-    const std::uint8_t below = std::max(std::max(c[-1], c[0]), c[1]);
-    peaks[x] = *b > std::max(std::max(beside, above), below) ? *b : std::uint8_t{0};
+void KeepPeaks(const std::uint8_t* a, const std::uint8_t* b, const std::uint8_t* c,
+               std::size_t count, std::uint8_t* __restrict peaks) {
+  for (std::size_t x = 1; x <= count; ++x) {
+    const std::uint8_t beside = std::max(b[x - 1], b[x + 1]);
+    const std::uint8_t above = std::max(std::max(a[x - 1], a[x]), a[x + 1]);
+    const std::uint8_t below = std::max(std::max(c[x - 1], c[x]), c[x + 1]);
+    peaks[x - 1] = b[x] > std::max(std::max(beside, above), below) ? b[x] : std::uint8_t{0};
   }
 }
 
@@ -160,42 +159,44 @@ void ScoreShortRow(const std::uint8_t* first, std::ptrdiff_t stride, int count,
 
 void FastCorners::Append(const cv::Mat& image, const cv::Rect& area, int threshold,
                          std::vector<cv::KeyPoint>* corners) {
-  Score(image, area, static_cast<std::uint8_t>(threshold));
-  using Word = std::uint64_t;  // of pixels, most of which are no corners
-  const auto width = static_cast<std::size_t>(area.width);
-  peaks_.assign(width + sizeof(Word), 0);
-  for (int y = 0; y < area.height; ++y) {
-    KeepPeaks(Row(y), stride_, width, peaks_.data());
-    for (std::size_t word = 0; word < width; word += sizeof(Word)) {
-      Word any = 0;
-      std::memcpy(&any, &peaks_[word], sizeof(any));
-      if (any == 0) continue;
-      for (std::size_t x = word; x < word + sizeof(Word); ++x) {
-        if (peaks_[x] == 0) continue;
-        corners->emplace_back(static_cast<float>(area.x + static_cast<int>(x)),
-                              static_cast<float>(area.y + y), 7.0F, -1.0F,
-                              static_cast<float>(peaks_[x]));
+  const auto image_stride = static_cast<std::ptrdiff_t>(image.step[0]);
+  const FastCircle circle(image_stride);
+  const auto least = static_cast<std::uint8_t>(threshold);
+  const auto stride = static_cast<std::size_t>(area.width) + 2;
+  scores_.assign(kScoredRows * stride, 0);
+  peaks_.assign(static_cast<std::size_t>(area.width) + sizeof(Word), 0);
+  const auto scores_of = [&](int y) {
+    return scores_.data() + static_cast<std::size_t>((y + kScoredRows) % kScoredRows) * stride;
+  };
+  for (int y = 0; y <= area.height; ++y) {
+    std::uint8_t* scores = scores_of(y);
+    std::fill_n(scores, stride, std::uint8_t{0});
+    if (y < area.height) {
+      const auto* row = image.ptr<std::uint8_t>(area.y + y) + area.x;
+      if (area.width < kLanes) {
+        ScoreShortRow(row, image_stride, area.width, least, scores + 1);
+      } else {
+        ScoreRow(row, circle.offsets.data(), area.width, least, scores + 1);
       }
     }
+    if (y == 0) continue;
+    KeepPeaks(scores_of(y - 2), scores_of(y - 1), scores, static_cast<std::size_t>(area.width),
+              peaks_.data());
+    AppendPeaks({area.x, area.y + y - 1}, corners);
   }
 }
 
-std::uint8_t* FastCorners::Row(int y) {
-  return scores_.data() + static_cast<std::size_t>(y + 1) * stride_ + 1;
-}
-
-void FastCorners::Score(const cv::Mat& image, const cv::Rect& area, std::uint8_t threshold) {
-  stride_ = static_cast<std::size_t>(area.width) + 2;
-  scores_.assign(stride_ * (static_cast<std::size_t>(area.height) + 2), 0);
-  const auto stride = static_cast<std::ptrdiff_t>(image.step[0]);
-  const FastCircle circle(stride);
-  for (int y = 0; y < area.height; ++y) {
-    const auto* row = image.ptr<std::uint8_t>(area.y + y) + area.x;
-    if (area.width < kLanes) {
-      ScoreShortRow(row, stride, area.width, threshold, Row(y));
-      continue;
+void FastCorners::AppendPeaks(const cv::Point& first, std::vector<cv::KeyPoint>* corners) const {
+  for (std::size_t word = 0; word + sizeof(Word) <= peaks_.size(); word += sizeof(Word)) {
+    Word any = 0;
+    std::memcpy(&any, &peaks_[word], sizeof(any));
+    if (any == 0) continue;
+    for (std::size_t x = word; x < word + sizeof(Word); ++x) {
+      if (peaks_[x] == 0) continue;
+      corners->emplace_back(static_cast<float>(first.x + static_cast<int>(x)),
+                            static_cast<float>(first.y), 7.0F, -1.0F,
+                            static_cast<float>(peaks_[x]));
     }
-    ScoreRow(row, circle.offsets.data(), area.width, threshold, Row(y));
   }
 }
 
