@@ -42,7 +42,7 @@ class ViewOfARun : public ::testing::Test {
     client_.set_read_timeout(60);
   }
 
-  // Appends the walk backwards and forwards again to the lists of the dataset, for a run that
+  // Replaces the lists of the dataset by many walks, forwards and backwards in turn, for a run that
   // a slow browser does not see end.
   void RepeatTheWalk(int times) const {
     for (const std::string kind : {"rgb", "depth"}) {
@@ -52,6 +52,7 @@ class ViewOfARun : public ::testing::Test {
       for (std::string line; std::getline(lines, line);) {
         if (!line.starts_with('#')) images.push_back(line.substr(line.find(' ') + 1));
       }
+      ASSERT_EQ(images.size(), static_cast<std::size_t>(kFrames));
       std::ofstream out(list);
       for (int frame = 0; frame < times * kFrames; ++frame) {
         if (frame % kFrames == 0 && frame > 0) std::ranges::reverse(images);
@@ -60,6 +61,7 @@ class ViewOfARun : public ::testing::Test {
       }
     }
   }
+
   // Paused before the second frame, so that what follows does not depend on time.
   void Start(const std::vector<std::string>& more = {}) {
     std::vector<std::string> arguments = {

@@ -45,13 +45,16 @@ std::size_t ExpectThoseOfOpenCv(const cv::Mat& image, const cv::Rect& area, int 
 }
 
 TEST(FastCorners, AreThoseOfOpenCvWithinAnyArea) {
-  // Widths below, at and beyond the 16 pixels that are tested together.
+  // Widths below, at and beyond the 32 pixels that are scored together.
   const std::vector<cv::Rect> areas{{3, 3, 154, 114}, {20, 30, 32, 32}, {40, 17, 16, 8},
-                                    {50, 60, 7, 20},  {3, 113, 49, 4},  {156, 3, 1, 114}};
+                                    {50, 60, 7, 20},  {3, 113, 49, 4},  {20, 30, 31, 9},
+                                    {21, 31, 33, 9},  {156, 3, 1, 114}};
   std::size_t found = 0;
   for (const double sigma : {0.0, 0.8, 2.0}) {
-    for (const int threshold : {0, 2, 7, 20, 254}) {
+    for (const int threshold : {0, 2, 7, 20, 254, 255}) {
       const cv::Mat image = SmoothNoise(sigma, 5);
+      // A part of an image, whose rows are farther apart than it is wide.
+      found += ExpectThoseOfOpenCv(image(cv::Rect(5, 5, 100, 80)), {3, 3, 94, 74}, threshold);
       for (const cv::Rect& area : areas) found += ExpectThoseOfOpenCv(image, area, threshold);
     }
   }

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t kMostTested = 60;  // keyframes, the newest ones
 constexpr double kSignificant = 6.0;     // standard deviations
-// Least relative growth of the squared residuals with the stated value. What poses and points
-// absorb is no evidence: errors of depth or of stamps shift values that the motion hardly
+// Least relative growth of the squared residuals with the stated value. A deviation that poses and
+// points absorb is no evidence: errors of depth or of stamps shift values that the motion hardly
 // determines by many standard deviations, because all keyframes share them. With the right lens the
 // growth was below 0.003, with one that is wrong by a factor of two above 0.007.
 constexpr double kLeastGrowth = 0.005;

@@ -19,7 +19,7 @@ constexpr int kRadius = 3;  // [px] of the circle
 constexpr int kLanes = 32;  // pixels of a row that are scored together
 constexpr std::size_t kCircle = FastCircle::kPixels.size();
 
-// A pixel in each lane. The functions of these are inlined into the clones of ScoreRow().
+// A pixel in each lane. Functions of Lanes are inlined into the clones of ScoreRow().
 using Lanes [[gnu::vector_size(kLanes)]] = std::uint8_t;
 
 [[gnu::always_inline]] inline void LowerTo(const Lanes& other, Lanes* lanes) {
@@ -91,8 +91,9 @@ template <std::size_t... i>
   RaiseTo(value, &above);
   LowerTo(value, &below);
   const Lanes least = Lanes{} + threshold;
-  const bool is_any_brighter = IsAnySet(above - value > least);
-  const bool is_any_darker = IsAnySet(value - below > least);
+  // The comparisons give signed bytes.
+  const bool is_any_brighter = IsAnySet(reinterpret_cast<Lanes>(above - value > least));
+  const bool is_any_darker = IsAnySet(reinterpret_cast<Lanes>(value - below > least));
   if (!is_any_brighter && !is_any_darker) return;
 
   Circle circle;

@@ -1,6 +1,5 @@
 #include "features/orb_descriptor.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -56,7 +55,7 @@ void SmoothRow(const std::uint8_t* row, int count, std::uint16_t* sums) {
 HIGHWALL_TARGET_CLONES("avx2", "default")
 void SmoothColumn(const std::array<const std::uint16_t*, kTaps>& rows, int count,
                   std::uint8_t* smooth) {
-  constexpr std::uint16_t kHalf = 128 + kTaps / 2;  // and what seven products lose in the mean
+  constexpr std::uint16_t kHalf = 128 + kTaps / 2;  // and the mean loss of seven products
   const std::uint16_t *a = rows[0], *b = rows[1], *c = rows[2], *d = rows[3], *e = rows[4],
                       *f = rows[5], *g = rows[6];
   for (int i = 0; i < count; ++i) {
