@@ -209,7 +209,7 @@ TEST(OrbExtractor, DescribesCornersAsOpenCvDoes) {
   ASSERT_EQ(keypoints.size(), features.keypoints.size());
   ASSERT_EQ(descriptors.size(), features.descriptors.size());
   const double different = cv::norm(descriptors, features.descriptors, cv::NORM_HAMMING);
-  EXPECT_LE(different / descriptors.rows, 2.0) << "of 256";
+  EXPECT_LE(different / descriptors.rows, 1.0) << "of 256";
 }
 
 TEST(OrbExtractor, DoesNotDependOnTheNumberOfThreads) {

@@ -55,7 +55,8 @@ void SmoothRow(const std::uint8_t* row, int count, std::uint16_t* sums) {
 HIGHWALL_TARGET_CLONES("avx2", "default")
 void SmoothColumn(const std::array<const std::uint16_t*, kTaps>& rows, int count,
                   std::uint8_t* smooth) {
-  constexpr std::uint16_t kHalf = 128 + kTaps / 2;  // and the mean loss of seven products
+  // Half a grey level, and half of what rounding down can take from each of seven products.
+  constexpr std::uint16_t kHalf = 128 + kTaps / 2;
   const std::uint16_t *a = rows[0], *b = rows[1], *c = rows[2], *d = rows[3], *e = rows[4],
                       *f = rows[5], *g = rows[6];
   for (int i = 0; i < count; ++i) {
@@ -105,8 +106,8 @@ cv::Mat Smoothed(const cv::Mat& image) {
 // Rotates the tests and returns their pixels as offsets from the corner's.
 HIGHWALL_TARGET_CLONES("avx2", "default")
 void RotateTests(float cosine, float sine, int stride, int* offsets) {
-  constexpr float kRounding =
-      kReach + 0.5F;  // makes the coordinates positive, which truncates down
+  // Makes coordinates positive, because truncation rounds only positive numbers down.
+  constexpr float kRounding = kReach + 0.5F;
   for (std::size_t i = 0; i < 2 * kTests; ++i) {
     const float x = kTested.x[i] * cosine - kTested.y[i] * sine;
     const float y = kTested.x[i] * sine + kTested.y[i] * cosine;
