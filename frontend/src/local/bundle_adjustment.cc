@@ -41,12 +41,15 @@ struct BundleAdjuster::Result {
   template <class Landmark>
   using Estimates =
       std::vector<std::pair<Id<Landmark>, typename LandmarkTraits<Landmark>::VariableType>>;
+  template <class Landmark>
+  using Places = std::vector<std::pair<Id<Landmark>, typename LandmarkTraits<Landmark>::Geometry>>;
 
   BundleAdjustmentReport report;
   std::vector<std::pair<KeyFrameId, Pose>> poses;  // T_WC
   std::vector<Motion> motions;
   PerKind<Estimates> landmarks;
-  SubmapId world = kNoId;                                 // of the frames and of gravity
+  PerKind<Places> carried;  // in W, of landmarks that moved with their keyframe
+  SubmapId world = kNoId;   // of the frames and of gravity
   std::vector<std::pair<ReferenceFrameId, Pose>> frames;  // T_FW of the frames that moved
   std::optional<Eigen::Vector3d> gravity_W;               // of a map adjusted as a whole
   OutlierObservations outliers;
@@ -65,6 +68,11 @@ struct BundleAdjuster::Result {
       for (const auto& [id, estimate] : PartOf<Landmark>(landmarks)) {
         Landmark* const landmark = map.Find(id);
         if (landmark != nullptr && !MoveTo(estimate, landmark)) map.Remove(id);
+      }
+      for (const auto& [id, geometry_W] : PartOf<Landmark>(carried)) {
+        if (Landmark* const landmark = map.Find(id)) {
+          LandmarkTraits<Landmark>::PositionOf(*landmark) = geometry_W;
+        }
       }
     });
     for (const auto& [id, T_FW] : frames) map.factors().Place(id, map.Root(world), T_FW);
@@ -145,7 +153,7 @@ class BundleAdjuster::Problem {
       ForEachKind([&]<class Landmark>() {
         for (const Id<Landmark> landmark : PartOf<Landmark>(keyframe)) {
           if (landmark == kNoId || PartOf<Landmark>(landmarks_).contains(landmark)) continue;
-          AddLandmark(map, *map.Find(landmark));
+          AddLandmark(map, keyframe, *map.Find(landmark));
         }
       });
     }
@@ -171,10 +179,10 @@ class BundleAdjuster::Problem {
   Result TakeResult() const {
     Result result;
     result.report = report_;
-    result.report.points = static_cast<int>(landmarks_.points.size());
-    result.report.lines = static_cast<int>(landmarks_.lines.size());
+    result.report.points = static_cast<int>(landmarks_.points.size() + carried_.points.size());
+    result.report.lines = static_cast<int>(landmarks_.lines.size() + carried_.lines.size());
     result.report.outliers = static_cast<int>(outliers_.size());
-    result.report.observations = static_cast<int>(factors_.size() + outliers_.size());
+    result.report.observations = static_cast<int>(NumObservations());
     if (!report_.usable) return result;
     for (const auto& [id, pose] : poses_) {
       if (!graph_.IsFixed(pose)) result.poses.emplace_back(id, graph_.Value(pose) * model_.T_BC());
@@ -192,6 +200,12 @@ class BundleAdjuster::Problem {
     ForEachKind([&]<class Landmark>() {
       for (const auto& [id, variable] : PartOf<Landmark>(landmarks_)) {
         PartOf<Landmark>(result.landmarks).emplace_back(id, graph_.Value(variable));
+      }
+      for (const Carried<Landmark>& carried : PartOf<Landmark>(carried_)) {
+        const Variable<Pose> pose = poses_.at(carried.keyframe);
+        if (graph_.IsFixed(pose)) continue;
+        const Pose T_WC = graph_.Value(pose) * model_.T_BC();
+        PartOf<Landmark>(result.carried).emplace_back(carried.landmark, T_WC * carried.geometry_C);
       }
     });
     for (const AnySeen& any : outliers_) {
@@ -213,6 +227,15 @@ class BundleAdjuster::Problem {
     const typename LandmarkTraits<Landmark>::Feature* feature = nullptr;
   };
   using AnySeen = AnyKind<Seen>;
+  // A landmark that one keyframe observes.
+  template <class Landmark>
+  struct Carried {
+    Id<Landmark> landmark;
+    KeyFrameId keyframe;
+    typename LandmarkTraits<Landmark>::Geometry geometry_C;
+  };
+  template <class Landmark>
+  using Carrieds = std::vector<Carried<Landmark>>;
   template <class Landmark>
   using Variables =
       std::unordered_map<Id<Landmark>, Variable<typename LandmarkTraits<Landmark>::VariableType>>;
@@ -266,9 +289,13 @@ class BundleAdjuster::Problem {
     return summary;
   }
 
+  std::size_t NumObservations() const {
+    return factors_.size() + outliers_.size() + carried_.points.size() + carried_.lines.size();
+  }
+
   // Removed observations are lost for good: if there are too many, the adjustment itself is wrong.
   bool ForgetsTooMuch() {
-    const std::size_t all = factors_.size() + outliers_.size();
+    const std::size_t all = NumObservations();
     if (static_cast<double>(outliers_.size()) <= kMostForgotten * static_cast<double>(all)) {
       return false;
     }
@@ -354,10 +381,19 @@ class BundleAdjuster::Problem {
     return frames_.emplace(id, frame).first->second;
   }
 
-  // Adds a landmark and its observations.
+  // Adds a landmark that `keyframe` observes, and its observations. One observation alone is met
+  // exactly by a landmark at the right place, however its keyframe moves, and so constrains
+  // nothing: this landmark moves with the keyframe. (A third to a half of all: new ones.)
   template <class Landmark>
-  void AddLandmark(const Map& map, const Landmark& landmark) {
+  void AddLandmark(const Map& map, const KeyFrame& keyframe, const Landmark& landmark) {
     using Traits = LandmarkTraits<Landmark>;
+    const auto observers = std::ranges::count_if(
+        landmark.observations, [&](const Observation& o) { return poses_.contains(o.keyframe); });
+    if (observers == 1) {
+      PartOf<Landmark>(carried_).push_back(
+          {landmark.id, keyframe.id, keyframe.T_WC.Inverse() * Traits::PositionOf(landmark)});
+      return;
+    }
     const auto variable = graph_.AddLandmark(Traits::VariableAt(Traits::PositionOf(landmark)));
     PartOf<Landmark>(landmarks_).emplace(landmark.id, variable);
     for (const Observation& o : landmark.observations) {
@@ -386,6 +422,7 @@ class BundleAdjuster::Problem {
   PerKind<Variables> landmarks_;
   std::vector<std::shared_ptr<const FrameFeatures>> features_;  // keeps the targets of Seen alive
   std::vector<AnySeen> factors_, outliers_;
+  PerKind<Carrieds> carried_;
   std::vector<FactorId> own_;  // user factors
   BundleAdjustmentReport report_;
 };

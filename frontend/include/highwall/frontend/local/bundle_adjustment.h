@@ -14,18 +14,20 @@ namespace [[gnu::visibility("default")]] highwall {
 
 // Minimizes the reprojection errors of `free` and `fixed` over the keyframes of `free` and every
 // point and line that they observe, and removes the observations that remain outliers. Lines use
-// the orthonormal form and keep their ends where they were observed. If the map knows gravity, the
-// IMU between keyframes takes part, with their velocities and biases as unknowns, which are written
-// to the map, and gravity's direction, which is written if `fixed` is empty; and so do the user
-// (external) factors (FactorsIn) on these keyframes.
+// the orthonormal form and keep their ends where they were observed. A landmark that only one of
+// the keyframes observes constrains nothing and keeps its place relative to that one. If the map
+// knows gravity, the IMU between keyframes takes part, with their velocities and biases as
+// unknowns, which are written to the map, and gravity's direction, which is written if `fixed` is
+// empty; and so do the user (external) factors (FactorsIn) on these keyframes.
 //
 // In three steps, so that the map may be used while another thread solves: the constructor copies
 // the inputs, Solve() does not access the map, Write() writes the result to it.
 class BundleAdjuster {
  public:
   // free, fixed: active keyframes, none in both; if `fixed` is empty the oldest of `free` is held.
-  // model: must outlive the adjuster. threads: >= 1, of the solver where more than 66 keyframes move; with
-  // more than one the last bits vary from run to run then. Throws InvalidArgument on bad options.
+  // model: must outlive the adjuster. threads: >= 1, of the solver where more than 66 keyframes
+  // move; with more than one the last bits vary from run to run then. Throws InvalidArgument on bad
+  // options.
   BundleAdjuster(const Map& map, const MeasurementModel& model, std::span<const KeyFrameId> free,
                  std::span<const KeyFrameId> fixed, const BundleAdjustmentOptions& options = {},
                  int threads = 1);
