@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <span>
 #include <utility>
 
 #include <highwall/core/error.h>
@@ -14,6 +15,7 @@ namespace highwall {
 namespace {
 
 constexpr int kDescriptorBits = 256, kKeyBits = 16, kSignatureBits = 32;
+constexpr std::size_t kKeys = std::size_t{1} << kKeyBits;
 static_assert((kDescriptorBits - kSignatureBits) / kKeyBits - 2 == 12,
               "as many as KeyFrameIndexOptions::tables may be");
 
@@ -47,13 +49,13 @@ std::uint32_t Key(const std::uint8_t* descriptor, std::size_t table) {
   return Sample(descriptor, kSignatureBits + kKeyBits * static_cast<int>(table), kKeyBits);
 }
 
-// Appends to `similar` the keyframes of a bucket whose signature is similar and whose last voter is
+// Appends to `similar` the keyframes of postings whose signature is similar and whose last voter is
 // not `voter`, and makes `voter` their last. Clones: queries spend their time on counting bits.
 HIGHWALL_TARGET_CLONES("popcnt", "default")
-void AppendSimilar(const std::vector<DescriptorTables::Posting>& bucket, std::uint32_t signature,
+void AppendSimilar(std::span<const DescriptorTables::Posting> postings, std::uint32_t signature,
                    int max_bits, int voter, std::vector<int>* last_voter,
                    std::vector<KeyFrameId>* similar) {
-  for (const DescriptorTables::Posting& posting : bucket) {
+  for (const DescriptorTables::Posting& posting : postings) {
     if (std::popcount(posting.signature ^ signature) > max_bits) continue;
     int& last = (*last_voter)[posting.keyframe.index()];
     if (last == voter) continue;
@@ -64,26 +66,64 @@ void AppendSimilar(const std::vector<DescriptorTables::Posting>& bucket, std::ui
 
 }  // namespace
 
-DescriptorTables::DescriptorTables(int tables) : tables_(static_cast<std::size_t>(tables)) {}
+DescriptorTables::DescriptorTables(int tables)
+    : tables_(static_cast<std::size_t>(tables)), first_(tables_ * kKeys, kNone) {}
+
+DescriptorTables::BlockIndex& DescriptorTables::FirstOf(std::size_t table,
+                                                        const std::uint8_t* descriptor) {
+  return first_[table * kKeys + Key(descriptor, table)];
+}
+
+DescriptorTables::BlockIndex DescriptorTables::FirstOf(std::size_t table,
+                                                       const std::uint8_t* descriptor) const {
+  return first_[table * kKeys + Key(descriptor, table)];
+}
+
+void DescriptorTables::Append(const Posting& posting, BlockIndex* first) {
+  if (*first == kNone || blocks_[*first].count == blocks_[*first].postings.size()) {
+    const BlockIndex old = *first;
+    if (free_ == kNone) {
+      *first = static_cast<BlockIndex>(blocks_.size());
+      blocks_.emplace_back();
+    } else {
+      *first = std::exchange(free_, blocks_[free_].next);
+    }
+    blocks_[*first].next = old;
+  }
+  Block& block = blocks_[*first];
+  block.postings[block.count++] = posting;
+}
+
+void DescriptorTables::Erase(KeyFrameId keyframe, BlockIndex* first) {
+  for (BlockIndex index = *first; index != kNone;) {
+    Block& block = blocks_[index];
+    index = block.next;
+    for (std::uint32_t i = 0; i < block.count;) {
+      if (block.postings[i].keyframe != keyframe) {
+        ++i;
+        continue;
+      }
+      Block& head = blocks_[*first];
+      block.postings[i] = head.postings[--head.count];
+      if (head.count == 0) {
+        const BlockIndex emptied = std::exchange(*first, head.next);
+        head.next = std::exchange(free_, emptied);
+      }
+    }
+  }
+}
 
 void DescriptorTables::Add(KeyFrameId keyframe, const cv::Mat& descriptors) {
   for (int i = 0; i < descriptors.rows; ++i) {
     const std::uint8_t* const descriptor = descriptors.ptr(i);
     const Posting posting{keyframe, Signature(descriptor)};
-    for (std::size_t t = 0; t < tables_.size(); ++t) {
-      tables_[t][Key(descriptor, t)].push_back(posting);
-    }
+    for (std::size_t t = 0; t < tables_; ++t) Append(posting, &FirstOf(t, descriptor));
   }
 }
 
 void DescriptorTables::Remove(KeyFrameId keyframe, const cv::Mat& descriptors) {
   for (int i = 0; i < descriptors.rows; ++i) {
-    for (std::size_t t = 0; t < tables_.size(); ++t) {
-      const auto bucket = tables_[t].find(Key(descriptors.ptr(i), t));
-      if (bucket == tables_[t].end()) continue;  // two similar descriptors of the keyframe
-      std::erase_if(bucket->second, [&](const Posting& p) { return p.keyframe == keyframe; });
-      if (bucket->second.empty()) tables_[t].erase(bucket);
-    }
+    for (std::size_t t = 0; t < tables_; ++t) Erase(keyframe, &FirstOf(t, descriptors.ptr(i)));
   }
 }
 
@@ -96,10 +136,12 @@ double DescriptorTables::Vote(const cv::Mat& descriptors, int max_signature_bits
     const std::uint8_t* const descriptor = descriptors.ptr(i);
     const std::uint32_t signature = Signature(descriptor);
     similar.clear();
-    for (std::size_t t = 0; t < tables_.size(); ++t) {
-      const auto bucket = tables_[t].find(Key(descriptor, t));
-      if (bucket == tables_[t].end()) continue;
-      AppendSimilar(bucket->second, signature, max_signature_bits, i, &last_voter, &similar);
+    for (std::size_t t = 0; t < tables_; ++t) {
+      for (BlockIndex b = FirstOf(t, descriptor); b != kNone; b = blocks_[b].next) {
+        const Block& block = blocks_[b];
+        AppendSimilar(std::span(block.postings).first(block.count), signature, max_signature_bits,
+                      i, &last_voter, &similar);
+      }
     }
     if (similar.empty()) continue;
     const double vote = weight * (most - std::log(static_cast<double>(similar.size())));

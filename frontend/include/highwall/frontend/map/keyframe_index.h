@@ -3,7 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <unordered_map>
+#include <deque>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
@@ -23,13 +23,13 @@ struct PlaceScore {
 // 256-bit binary descriptors by keyframe: locality-sensitive hashing by sampled bits (Indyk,
 // Motwani, STOC 1998). Each table hashes a descriptor by 16 of its bits and stores the keyframe and
 // a signature of 32 other bits, so that a query scans its buckets and touches no descriptor. There
-// is nothing to train, and memory is 8 bytes per descriptor and table.
+// is nothing to train; memory is 8 bytes per descriptor and table, and 256 KiB per table.
 class DescriptorTables {
  public:
   // A descriptor of a bucket: its keyframe and its signature.
   struct Posting {
-    KeyFrameId keyframe;
-    std::uint32_t signature;
+    KeyFrameId keyframe = kNoId;
+    std::uint32_t signature = 0;
   };
 
   explicit DescriptorTables(int tables);
@@ -46,9 +46,25 @@ class DescriptorTables {
               std::size_t keyframes, std::vector<double>* votes) const;
 
  private:
-  using Table = std::unordered_map<std::uint32_t, std::vector<Posting>>;
+  using BlockIndex = std::uint32_t;  // in blocks_
+  static constexpr BlockIndex kNone = 0xffffffff;
 
-  std::vector<Table> tables_;
+  // Part of a bucket, of the size of a cache line. Only the first block of a bucket may have room.
+  struct Block {
+    std::array<Posting, 7> postings{};
+    std::uint32_t count = 0;
+    BlockIndex next = kNone;
+  };
+
+  BlockIndex& FirstOf(std::size_t table, const std::uint8_t* descriptor);
+  BlockIndex FirstOf(std::size_t table, const std::uint8_t* descriptor) const;
+  void Append(const Posting& posting, BlockIndex* first);
+  void Erase(KeyFrameId keyframe, BlockIndex* first);
+
+  std::size_t tables_;
+  std::vector<BlockIndex> first_;  // of each key of each table
+  std::deque<Block> blocks_;
+  BlockIndex free_ = kNone;  // blocks that hold no posting, linked by `next`
 };
 
 // Place recognition without a vocabulary: finds the keyframes that look similar to a query.
