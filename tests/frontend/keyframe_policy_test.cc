@@ -152,6 +152,20 @@ TEST_F(KeyFramePolicyWants, WhenMuchIsWaitingToBeMapped) {
   EXPECT_FALSE(Wants(policy, Seeing(59, 10, 20), map, 0)) << "not enough new";
 }
 
+TEST_F(KeyFramePolicyWants, NotForCornersThatAreNotFoundAgainWhileEnoughLandmarksAre) {
+  StandardKeyFramePolicy policy(
+      {.min_share = 0.1, .max_gap = 100.0, .wanted_tracked = 60, .wanted_new = 20});
+  const auto wants = [&](const Tracked& tracked, double last_keyframe) {
+    return policy.Wants(tracked.Candidate(FromSeconds(last_keyframe), false), map);
+  };
+  wants(Seeing(100, 10, 0, 0.9), 0.0);
+  // The keyframe at 1.0 has mapped all corners; of the next image 80 match none of them.
+  EXPECT_FALSE(wants(Seeing(55, 5, 80, 1.1), 1.0));
+  EXPECT_FALSE(wants(Seeing(55, 5, 100, 1.2), 1.0)) << "20 more";
+  EXPECT_TRUE(wants(Seeing(55, 5, 101, 1.3), 1.0)) << "21 more";
+  EXPECT_TRUE(wants(Seeing(55, 4, 21, 1.2), 1.0)) << "only 59 landmarks in all";
+}
+
 TEST_F(KeyFramePolicyWants, DoesNotCountLandmarksOnProbation) {
   StandardKeyFramePolicy policy({.min_share = 0.5, .max_gap = 100.0, .wanted_tracked = 0});
   // Keyframe 2 alone keeps sixty points: forty points and ten lines are left.

@@ -55,6 +55,14 @@ bool StandardKeyFramePolicy::CanStart(const FrameFeatures& features) {
 }
 
 bool StandardKeyFramePolicy::Wants(const KeyFrameCandidate& candidate, const Map& map) {
+  int with_depth = 0, waiting = 0;
+  for (std::size_t i = 0; i < candidate.points.size(); ++i) {
+    if (candidate.frame.features->points[i].depth <= 0.0) continue;
+    ++(candidate.points[i] != kNoId ? with_depth : waiting);
+  }
+  if (candidate.since_keyframe <= since_keyframe_) unmatched_ = waiting;
+  since_keyframe_ = candidate.since_keyframe;
+
   if (candidate.state == TrackingState::kInertial) {
     return candidate.since_image >= kBlind && CanStart(*candidate.frame.features);
   }
@@ -67,12 +75,11 @@ bool StandardKeyFramePolicy::Wants(const KeyFrameCandidate& candidate, const Map
   // The frame shares no landmark with a keyframe: the map continues there only if it must.
   if (candidate.num_points + candidate.num_lines == 0) return false;
 
-  int with_depth = 0, waiting = 0;
-  for (std::size_t i = 0; i < candidate.points.size(); ++i) {
-    if (candidate.frame.features->points[i].depth <= 0.0) continue;
-    ++(candidate.points[i] != kNoId ? with_depth : waiting);
-  }
-  if (with_depth < options_.wanted_tracked && waiting > options_.wanted_new) return true;
+  // While enough landmarks hold the frame, only points that have come into view are new: another
+  // keyframe would map corners once more that are not found again.
+  const bool holds = candidate.num_points + candidate.num_lines >= options_.wanted_tracked;
+  const int fresh = holds ? waiting - unmatched_ : waiting;
+  if (with_depth < options_.wanted_tracked && fresh > options_.wanted_new) return true;
 
   // Landmarks that only the reference itself has seen are on probation and do not count.
   const KeyFrame& reference = *seen_from;

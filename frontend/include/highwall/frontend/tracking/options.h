@@ -73,7 +73,9 @@ struct KeyFramePolicyOptions {
   // creates none.
   double max_gap = 0.32;
   int wanted_tracked = 100;  // >= 0: a keyframe is due if fewer points with depth are tracked
-  int wanted_new = 70;  // >= 0: and more than this number of points with depth has no landmark yet
+  // >= 0: and more than this number of points with depth has no landmark yet, not counting, while
+  // wanted_tracked landmarks of any kind are tracked, those that the last keyframe did not help.
+  int wanted_new = 70;
 
   void Validate() const;
 };

@@ -22,6 +22,10 @@ class StandardKeyFramePolicy final : public KeyFramePolicy {
 
  private:
   KeyFramePolicyOptions options_;
+  double since_keyframe_ = -1.0;  // [s] of the last candidate; -1: there was none
+  // Points with depth but without a landmark in the first frame after the last keyframe, which had
+  // made a landmark of every one: corners that are not found again.
+  int unmatched_ = 0;
 };
 
 }  // namespace highwall
