@@ -16,6 +16,7 @@
 #include "cli/classic_locale.h"
 #include "cli/commands.h"
 #include "cli/usage_error.h"
+#include "run/process_memory.h"
 
 namespace highwall::apps {
 namespace {
@@ -92,5 +93,6 @@ int RunCommand(std::vector<std::string> words) {
 }  // namespace highwall::apps
 
 int main(int argc, char** argv) {
+  highwall::apps::LimitHeaps();
   return highwall::apps::RunCommand({argv + std::min(argc, 1), argv + argc});
 }

@@ -2,9 +2,9 @@
 
 namespace highwall::apps {
 
-// Lets the threads of this process share two heaps. By default the C library gives each thread a
-// heap of its own, and each keeps the memory that it once needed. Call before they start. Without
-// effect if the environment states MALLOC_ARENA_MAX.
+// Lets the threads of this process share one heap. By default the C library gives each thread a
+// heap of its own, and each keeps the memory that it once needed. To be called first in main().
+// Without effect if the environment states MALLOC_ARENA_MAX.
 void LimitHeaps();
 
 // Returns memory that was freed to the operating system. The threads of a run free it in places

@@ -460,7 +460,6 @@ void TrackAll(const SlamRunOptions& options, const RunCallbacks& callbacks, Fram
 SlamRun RunOn(const Dataset& dataset, ImageSource* camera, const RgbdSensor& sensor,
               const SlamRunOptions& options, const RunCallbacks& callbacks) {
   const Stopwatch stopwatch;
-  LimitHeaps();
   RunProfile profile(!options.trace.empty());
   const ProfiledThread caller({"tracking", &profile});
   SlamSystem slam = MakeSystem(sensor, options, &profile);

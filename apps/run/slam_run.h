@@ -38,7 +38,7 @@ struct SlamRunOptions {
   bool dense = true;           // build cloud, octree and grid
   DenseMapOptions map;
   std::size_t begin = 0, end = SIZE_MAX;  // frames of the dataset
-  std::size_t prefetch = 4;               // frames decoded ahead
+  std::size_t prefetch = 2;               // frames decoded ahead
   bool live = false;                      // at the pace of the stamps; late frames are dropped
   double live_rate = 1.0;                 // > 0: of that pace
   std::filesystem::path load_map;         // initial map; empty: none

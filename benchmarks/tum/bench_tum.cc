@@ -29,6 +29,7 @@
 #include "figures.h"
 #include "paired.h"
 #include "paper_tables.h"
+#include "run/process_memory.h"
 #include "sweep.h"
 #include "sweep_report.h"
 #include "sweep_tables.h"
@@ -363,6 +364,7 @@ int MainOfFigures(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace highwall::bench;
+  highwall::apps::LimitHeaps();
   const std::string_view command = argc > 1 ? argv[1] : "";
   if (command == "merge") return MainOfMerge(argc - 1, argv + 1);
   if (command == "figures") return MainOfFigures(argc - 1, argv + 1);

@@ -66,8 +66,7 @@ void AppendSimilar(std::span<const DescriptorTables::Posting> postings, std::uin
 
 }  // namespace
 
-DescriptorTables::DescriptorTables(int tables)
-    : tables_(static_cast<std::size_t>(tables)), first_(tables_ * kKeys, kNone) {}
+DescriptorTables::DescriptorTables(int tables) : tables_(static_cast<std::size_t>(tables)) {}
 
 DescriptorTables::BlockIndex& DescriptorTables::FirstOf(std::size_t table,
                                                         const std::uint8_t* descriptor) {
@@ -114,6 +113,7 @@ void DescriptorTables::Erase(KeyFrameId keyframe, BlockIndex* first) {
 }
 
 void DescriptorTables::Add(KeyFrameId keyframe, const cv::Mat& descriptors) {
+  if (first_.empty()) first_.assign(tables_ * kKeys, kNone);
   for (int i = 0; i < descriptors.rows; ++i) {
     const std::uint8_t* const descriptor = descriptors.ptr(i);
     const Posting posting{keyframe, Signature(descriptor)};
@@ -122,6 +122,7 @@ void DescriptorTables::Add(KeyFrameId keyframe, const cv::Mat& descriptors) {
 }
 
 void DescriptorTables::Remove(KeyFrameId keyframe, const cv::Mat& descriptors) {
+  if (first_.empty()) return;
   for (int i = 0; i < descriptors.rows; ++i) {
     for (std::size_t t = 0; t < tables_; ++t) Erase(keyframe, &FirstOf(t, descriptors.ptr(i)));
   }
@@ -130,6 +131,7 @@ void DescriptorTables::Remove(KeyFrameId keyframe, const cv::Mat& descriptors) {
 double DescriptorTables::Vote(const cv::Mat& descriptors, int max_signature_bits, double weight,
                               std::size_t keyframes, std::vector<double>* votes) const {
   const double most = std::log(static_cast<double>(keyframes + 1));
+  if (first_.empty()) return weight * most * descriptors.rows;
   std::vector<int> last_voter(votes->size(), -1);  // a descriptor votes once per keyframe
   std::vector<KeyFrameId> similar;
   for (int i = 0; i < descriptors.rows; ++i) {

@@ -62,7 +62,7 @@ class DescriptorTables {
   void Erase(KeyFrameId keyframe, BlockIndex* first);
 
   std::size_t tables_;
-  std::vector<BlockIndex> first_;  // of each key of each table
+  std::vector<BlockIndex> first_;  // of each key of each table; empty before the first Add()
   std::deque<Block> blocks_;
   BlockIndex free_ = kNone;  // blocks that hold no posting, linked by `next`
 };
