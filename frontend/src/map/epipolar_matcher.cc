@@ -2,6 +2,8 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <optional>
 
 #include <highwall/core/so3.h>
@@ -35,32 +37,43 @@ class EpipolarLines {
   const Eigen::Matrix3d essential_;
 };
 
-// The corners of b to be matched, as arrays for DistancesToLine().
+// Corners that are near a line are marked in words of eight, most of which are empty.
+using Word = std::uint64_t;
+constexpr float kRounding = 0.01F;  // [px] more than single precision loses in an image
+
+// The corners of b to be matched. In single precision as arrays for MarkNearLine(), which only
+// preselects; `reach` is their share of the bound on the distance.
 struct Candidates {
   std::vector<int> indices, octaves;
-  std::vector<double> u, v, sigmas;  // [px]
+  std::vector<double> sigmas;  // [px]
+  std::vector<float> u, v, reach;
 };
 
-Candidates CandidatesOf(const MeasurementModel& model, const EpipolarView& view) {
+Candidates CandidatesOf(const MeasurementModel& model, const EpipolarView& view, double bound) {
   Candidates candidates;
   for (std::size_t j = 0; j < view.wanted.size(); ++j) {
     if (!view.wanted[j]) continue;
     const PointFeature& feature = view.features.points[j];
+    const double sigma = model.PointSigma(feature);
     candidates.indices.push_back(static_cast<int>(j));
     candidates.octaves.push_back(feature.octave);
-    candidates.u.push_back(feature.uv.x());
-    candidates.v.push_back(feature.uv.y());
-    candidates.sigmas.push_back(model.PointSigma(feature));
+    candidates.sigmas.push_back(sigma);
+    candidates.u.push_back(static_cast<float>(feature.uv.x()));
+    candidates.v.push_back(static_cast<float>(feature.uv.y()));
+    candidates.reach.push_back(static_cast<float>(bound * sigma) + kRounding);
   }
   return candidates;
 }
 
-// Computes the distances [px] from a line to corners.
+// Marks the corners whose distance from the line exceeds their reach by at most `limit`.
 HIGHWALL_TARGET_CLONES("avx2", "default")
-void DistancesToLine(const double* line, const double* __restrict u, const double* __restrict v,
-                     std::size_t count, double* __restrict distances) {
-  const double a = line[0], b = line[1], c = line[2];
-  for (std::size_t j = 0; j < count; ++j) distances[j] = std::abs(a * u[j] + b * v[j] + c);
+void MarkNearLine(const float* line, float limit, const float* __restrict u,
+                  const float* __restrict v, const float* __restrict reach, std::size_t count,
+                  std::uint8_t* __restrict near) {
+  const float a = line[0], b = line[1], c = line[2];
+  for (std::size_t j = 0; j < count; ++j) {
+    near[j] = std::abs(a * u[j] + b * v[j] + c) <= limit + reach[j] ? 1 : 0;
+  }
 }
 
 }  // namespace
@@ -72,26 +85,36 @@ std::vector<std::pair<int, int>> MatchEpipolar(const MeasurementModel& model, co
   if (T_BA.p().norm() < kNoBaseline) return {};
   const EpipolarLines lines(model.camera(), T_BA);
   const double bound = std::sqrt(options.chi2);
-  const Candidates candidates = CandidatesOf(model, b);
-  std::vector<double> distances(candidates.indices.size());
+  const Candidates candidates = CandidatesOf(model, b, bound);
+  const std::size_t count = candidates.indices.size();
+  std::vector<std::uint8_t> near(count + sizeof(Word), 0);
   BestPairs pairs(b.wanted.size());
   for (std::size_t i = 0; i < a.wanted.size(); ++i) {
     if (!a.wanted[i]) continue;
     const PointFeature& from = a.features.points[i];
     const auto line = lines.Of(from.uv);
     if (!line) continue;
+    const double sigma = model.PointSigma(from);
+    const Eigen::Vector3f rough = line->cast<float>();
+    MarkNearLine(rough.data(), static_cast<float>(bound * sigma), candidates.u.data(),
+                 candidates.v.data(), candidates.reach.data(), count, near.data());
     const std::uint8_t* descriptor = a.features.point_descriptors.ptr(static_cast<int>(i));
     BestPartner best;
-    const double sigma = model.PointSigma(from);
-    DistancesToLine(line->data(), candidates.u.data(), candidates.v.data(), distances.size(),
-                    distances.data());
-    for (std::size_t j = 0; j < distances.size(); ++j) {
-      // The root of the sum of squares is below the sum: this test rejects most without it.
-      if (distances[j] > bound * (sigma + candidates.sigmas[j])) continue;
-      if (distances[j] > bound * std::hypot(sigma, candidates.sigmas[j])) continue;
-      if (std::abs(candidates.octaves[j] - from.octave) > 1) continue;
+    const auto offer = [&](std::size_t j) {
       const int index = candidates.indices[j];
+      const Eigen::Vector2d& uv = b.features.points[static_cast<std::size_t>(index)].uv;
+      const double distance = std::abs(line->x() * uv.x() + line->y() * uv.y() + line->z());
+      if (distance > bound * std::hypot(sigma, candidates.sigmas[j])) return;
+      if (std::abs(candidates.octaves[j] - from.octave) > 1) return;
       best.Offer(index, HammingDistance(descriptor, b.features.point_descriptors.ptr(index)));
+    };
+    for (std::size_t first = 0; first < count; first += sizeof(Word)) {
+      Word any = 0;
+      std::memcpy(&any, &near[first], sizeof(any));
+      if (any == 0) continue;
+      for (std::size_t j = first; j < first + sizeof(Word); ++j) {
+        if (near[j] != 0) offer(j);
+      }
     }
     if (best.IsClear(options.max_hamming, options.ratio)) pairs.Take(static_cast<int>(i), best);
   }
