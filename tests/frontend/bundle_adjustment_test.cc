@@ -131,6 +131,20 @@ TEST_F(BundleAdjustment, ALandmarkOfOneKeyFrameMovesWithItAndHoldsNothing) {
   }
 }
 
+TEST_F(BundleAdjustment, KeyFramesThatShareNoLandmarkStayWhereTheyAre) {
+  Perturb();
+  for (const KeyFrameId keyframe : {0_kf, 1_kf, 3_kf}) {
+    for (const PointId id : map.ids<MapPoint>()) map.Forget(keyframe, id);
+    for (const LineId id : map.ids<MapLine>()) map.Forget(keyframe, id);
+  }
+  const Pose before = map.keyframe(2_kf)->T_WC;
+  const std::vector<KeyFrameId> free{2_kf};
+  const auto report = AdjustBundle(map, model, free, first, thorough);
+  EXPECT_TRUE(report.usable) << report.message;
+  EXPECT_FALSE(report.moved);
+  EXPECT_EQ(map.keyframe(2_kf)->T_WC.Matrix(), before.Matrix());
+}
+
 TEST_F(BundleAdjustment, CountsVariablesAndObservations) {
   const auto report = AdjustBundle(map, model, rest, first, thorough);
   int points = 0, lines = 0;
