@@ -29,7 +29,6 @@ constexpr double kHuber = 1.345;  // [sigma] 95 % efficient for Gaussian noise
 // [grey levels] Effects of light beyond gain and offset.
 constexpr double kMinGreySigma = 2.0;
 
-constexpr int kMinPlanes = 30;       // readings on patches
 constexpr double kMaxSigma = 0.05;   // [m] a pose whose worst direction exceeds this is rejected
 constexpr double kMinOverlap = 0.3;  // share of the frame's depth that the reference must see
 // Number of readings with common noise: the patches of 9 x 9 cells, at every second cell, overlap
@@ -227,6 +226,8 @@ class Alignment {
   }
 
   const Pose& T_RC() const { return T_RC_; }
+  double plane_error() const { return plane_error_; }
+  double grey_error() const { return grey_error_; }
   int planes() const { return planes_; }
   double overlap() const { return overlap_; }
   double correlation() const { return likeness_.correlation; }
@@ -272,17 +273,17 @@ class Alignment {
     return pairs;
   }
 
-  static std::vector<GreyPoint> Weighed(const GreyPairs& pairs) {
+  std::vector<GreyPoint> Weighed(const GreyPairs& pairs) {
     const GreyPairs::Likeness like = pairs.Compare();
     std::vector<double> errors;
     for (std::size_t i = 0; i < pairs.own.size(); ++i) {
       errors.push_back(std::abs(pairs.other[i] - like.gain * pairs.own[i] - like.offset));
     }
-    const double sigma = std::max(kMinGreySigma, 1.4826 * UpperMedian(errors));
+    grey_sigma_ = std::max(kMinGreySigma, 1.4826 * UpperMedian(errors));
     std::vector<GreyPoint> points;
     for (std::size_t i = 0; i < errors.size(); ++i) {
       points.push_back({pairs.p_C[i], like.gain * pairs.own[i] + like.offset,
-                        HuberFactor(errors[i] / sigma) / sigma});
+                        HuberFactor(errors[i] / grey_sigma_) / grey_sigma_});
     }
     return points;
   }
@@ -301,6 +302,9 @@ class Alignment {
     problem(x.data(), r.data(), J.data());
     const double error = r.squaredNorm() / std::max(1, problem.NumResiduals() - 6);
     information_ = J.transpose() * J / std::max(1.0, error);
+    plane_error_ = r.head(planes_).squaredNorm() / std::max(1, planes_);
+    const auto greys = static_cast<int>(r.size()) - planes_;
+    grey_error_ = grey_sigma_ * grey_sigma_ * r.tail(greys).squaredNorm() / std::max(1, greys);
   }
 
   const DepthGrid& grid_;
@@ -313,6 +317,8 @@ class Alignment {
   int planes_ = 0;
   double last_step_ = 0.0;
   double overlap_ = 0.0;
+  double grey_sigma_ = kMinGreySigma;
+  double plane_error_ = 0.0, grey_error_ = 0.0;
   Matrix6 information_ = Matrix6::Zero();
 };
 
@@ -328,8 +334,9 @@ double MedianDepth(const cv::Mat& depth) {
 
 }  // namespace
 
-DirectAligner::DirectAligner(const DepthGrid& grid, const DepthNoise& noise, double min_correlation)
-    : grid_(grid), noise_(noise), min_correlation_(min_correlation) {}
+DirectAligner::DirectAligner(const DepthGrid& grid, const DepthNoise& noise, double min_correlation,
+                             int min_planes)
+    : grid_(grid), noise_(noise), min_correlation_(min_correlation), min_planes_(min_planes) {}
 
 std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& reference,
                                                     const cv::Mat& standing, const Pose& T_WR,
@@ -343,7 +350,7 @@ std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& referen
   for (const Stage& stage : kStages) {
     if (!alignment.Refine(patches, stage.gate, stage.blur)) return std::nullopt;
   }
-  if (alignment.planes() < kMinPlanes) return std::nullopt;
+  if (alignment.planes() < min_planes_) return std::nullopt;
   if (alignment.overlap() < kMinOverlap) return std::nullopt;
   if (alignment.correlation() < min_correlation_) return std::nullopt;
   // A step of the position is in R there, in W here.
@@ -356,7 +363,13 @@ std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& referen
     return std::nullopt;
   }
   known.sqrt_information = information.llt().matrixU();
-  return DirectAlignment{known, depth};
+  return DirectAlignment{known,
+                         depth,
+                         alignment.correlation(),
+                         alignment.plane_error(),
+                         alignment.grey_error(),
+                         alignment.planes(),
+                         alignment.overlap()};
 }
 
 }  // namespace highwall

@@ -16,10 +16,18 @@ namespace highwall {
 
 // Minimum correlation of the grey levels of two images.
 inline constexpr double kMinGreyCorrelation = 0.8;
+// Minimum number of readings on planar patches.
+inline constexpr int kMinPlaneReadings = 30;
 
 struct DirectAlignment {
   PoseConstraint pose;
-  double depth = 0.0;  // [m] median of the frame's
+  double depth = 0.0;        // [m] median of the frame's
+  double correlation = 0.0;  // of the grey levels
+  // Mean squares of the residuals, outliers with less weight: of readings on patches [sigma^2] and
+  // of grey levels [grey levels^2].
+  double plane_error = 0.0, grey_error = 0.0;
+  int planes = 0;        // readings on patches
+  double overlap = 0.0;  // share of the frame's depth that the reference sees
 };
 
 // Direct alignment: estimates the pose of a camera against one view of the same place, from both
@@ -32,7 +40,8 @@ class DirectAligner {
  public:
   // grid: of all images; must outlive this.
   DirectAligner(const DepthGrid& grid, const DepthNoise& noise,
-                double min_correlation = kMinGreyCorrelation);
+                double min_correlation = kMinGreyCorrelation,
+                int min_planes = kMinPlaneReadings);
 
   // standing: the depth grid of the reference, 0 on dynamic objects, which are masked out. T_WC:
   // rough pose. Returns the pose with its information, in which readings with common noise count as
@@ -46,6 +55,7 @@ class DirectAligner {
   const DepthGrid& grid_;
   DepthNoise noise_;
   double min_correlation_;
+  int min_planes_;
 };
 
 }  // namespace highwall

@@ -76,7 +76,8 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options, Sla
       pending_(model_.T_BC().Inverse(), options.factors.max_gap),
       map_(std::move(inputs.map)),
       release_(options.tracker.moving.enabled ? kReleaseDelay : 0.0),
-      uncertainty_(options.inertial.visual_noise) {
+      uncertainty_(options.inertial.visual_noise),
+      colour_delay_(sensor, builder_.depth_grid()) {
   if (inputs.imu) {
     inertial_.emplace(*inputs.imu, options.inertial, model_, options.threads > 0, profile_);
   }
@@ -193,11 +194,14 @@ Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
   // From here on the image counts; one that was rejected leaves no trace.
   stamps_.Accept(image->stamp);
   if (!inertial_) clock_.Add(image->stamp);  // the readings of an IMU have the right unit
+  // The readings of an IMU belong to the stamps, not to the time of a late image.
+  if (!inertial_) colour_delay_.Apply(result.repeated, tracker_.Motion(nullptr), image);
   if (result.repeated) {
     return {next_index_++, image->stamp, std::make_shared<const FrameFeatures>()};
   }
   FrameBuilderTimes builder_times;
   const auto features = builder_.Build(image, CompensateRollingShutter(*image), &builder_times);
+  if (!inertial_) colour_delay_.SetReference(features);
   result.times.points = builder_times.points;
   result.times.lines = builder_times.lines;
   result.points = static_cast<int>(features->points.size());

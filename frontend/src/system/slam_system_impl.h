@@ -20,6 +20,7 @@
 #include "local/local_mapper.h"
 #include "loops/factor_adjuster.h"
 #include "loops/loop_closer.h"
+#include "sensor/colour_delay.h"
 #include "sensor/sensor_model.h"
 #include "system/backlog.h"
 #include "system/frame_clock.h"
@@ -187,6 +188,7 @@ class SlamSystem::Impl {
   FrameClock clock_;
   bool metric_ = false;  // depth was verified to be in metres
   RepeatedImage repeated_;
+  ColourDelay colour_delay_;
   std::optional<LossReason> lost_for_;  // of the last frame, if it has no pose
   SubmapId submap_ = kFirstSubmap;      // that keyframes currently join
   Stamp submap_begin_ = 0;              // stamp of its first frame

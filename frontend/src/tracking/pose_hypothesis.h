@@ -31,6 +31,7 @@ struct PoseHypothesis {
   FallbackConstraint fallback = FallbackConstraint::kNone;
   // The result if the local map has no matches: a pose without landmarks.
   std::optional<TrackedFrame> without_landmarks{};
+  double correlation = 1.0;  // of the grey levels with those that the image was aligned with
   AttemptDiagnostics diagnostics{};
 };
 

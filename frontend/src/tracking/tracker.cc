@@ -10,6 +10,9 @@ namespace highwall {
 namespace {
 
 constexpr double kFollow = 0.05;  // weight of a frame in the mean match ratio
+// Correlation of two views whose grey levels know the motion better than few landmarks do: below
+// it, parts of the image are hidden in one of them or look different.
+constexpr double kAlike = 0.97;
 
 }  // namespace
 
@@ -154,7 +157,14 @@ void Tracker::Try(std::initializer_list<const PoseSource*> sources, const Tracki
     PoseHypothesis hypothesis = source->Propose(query);
     proposing.Stop();
     const StageTimer timer(profile_, "local map");
-    search->Add(verifier_.Verify(query, std::move(hypothesis)));
+    const bool is_alike = hypothesis.correlation >= kAlike;
+    Verification verified = verifier_.Verify(query, std::move(hypothesis));
+    // Grey levels hold the pose where landmarks are few, unless they contradict most of these.
+    if (source == &whole_image_ && is_alike && search->best && verified.match &&
+        2 * verified.match->Support() > search->best->Support()) {
+      search->best.reset();
+    }
+    search->Add(std::move(verified));
   }
 }
 

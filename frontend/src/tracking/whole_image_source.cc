@@ -22,7 +22,10 @@ WholeImageSource::WholeImageSource(const MapMatcher& matcher, const TrackerOptio
 bool WholeImageSource::IsDue(const TrackingQuery& query, const PoseSearch& so_far) const {
   // The whole image determines the pose only if most of it is static.
   constexpr double kMost = 0.5;
-  return !so_far.best && state_.last && query.prediction == nullptr &&
+  // Fewer landmarks than this hold a pose worse than the grey levels of the whole image do.
+  constexpr int kFew = 130;
+  const bool scarce = !so_far.best || so_far.best->Support() < kFew;
+  return scarce && state_.last && query.prediction == nullptr &&
          so_far.diagnostics.masked_share < kMost && options_.direct.enabled;
 }
 
@@ -36,6 +39,7 @@ PoseHypothesis WholeImageSource::Propose(const TrackingQuery& query) const {
   if (!aligned) return hypothesis;
   const PoseConstraint& known = aligned->pose;
   hypothesis.prior = known;
+  hypothesis.correlation = aligned->correlation;
   hypothesis.rough = MatchLandmarks(query.With(&known));
   TrackedFrame& bare = hypothesis.without_landmarks.emplace(Unmatched(query.frame, known.T_WC));
   bare.reference = reference->id;
