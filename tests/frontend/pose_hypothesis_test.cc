@@ -131,11 +131,21 @@ TEST_F(PoseSources, WhereNothingIsFoundAllButTheReferenceAreTriedUnlessAnImuPred
 
 TEST_F(PoseSources, AnAmbiguousPoseIsComparedWithTheReferenceAlone) {
   PoseSearch ambiguous;
-  ambiguous.Add({.match = MatchOf(20), .is_ambiguous = true});
+  ambiguous.Add({.match = MatchOf(200), .is_ambiguous = true});
   EXPECT_TRUE(reference_.IsDue(Query(), ambiguous));
   EXPECT_FALSE(place_.IsDue(Query(), ambiguous));
   EXPECT_FALSE(surfaces_.IsDue(Query(), ambiguous));
   EXPECT_FALSE(image_.IsDue(Query(), ambiguous));
+}
+
+TEST_F(PoseSources, FewLandmarksCallForTheWholeImage) {
+  PoseSearch few, many;
+  few.Add({.match = MatchOf(129)});
+  many.Add({.match = MatchOf(130)});
+  EXPECT_TRUE(image_.IsDue(Query(), few));
+  EXPECT_FALSE(surfaces_.IsDue(Query(), few));
+  EXPECT_FALSE(image_.IsDue(Query(), many));
+  EXPECT_FALSE(image_.IsDue(Query(&predicted_), few)) << "an IMU predicts";
 }
 
 TEST_F(PoseSources, ALostCameraHasThePlaceIndexAlone) {

@@ -1,4 +1,5 @@
 #include <memory>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -109,6 +110,34 @@ TEST_F(TrackerDirectTest, TheFewLandmarksThatAreLeftTakePart) {
   const TrackedFrame tracked = Track(tracker, view);
   ExpectAt(tracked, kNext, 0.005);
   EXPECT_GE(tracked.num_points, 12);
+}
+
+TEST_F(TrackerDirectTest, GreyLevelsHoldAFrameOfFewLandmarks) {
+  // Points enough for a pose (25) with errors of 2 px, as on edges along which corners slide.
+  const SyntheticView sharp = Look(scene, testing::IdealSensor(), kNext);
+  auto features = std::make_shared<FrameFeatures>(SeeGrids(testing::kBoxes, kNext));
+  features->points.assign(sharp.features->points.begin(), sharp.features->points.begin() + 60);
+  features->point_descriptors = sharp.features->point_descriptors.rowRange(0, 60).clone();
+  std::mt19937 rng(3);
+  std::normal_distribution<double> normal(0.0, 2.0);
+  for (PointFeature& point : features->points) {
+    point.uv += Eigen::Vector2d(normal(rng), normal(rng));
+    point.depth = 0.0;
+  }
+  testing::IndexPoints(*features, testing::IdealSensor().camera);
+  SyntheticView view;
+  view.features = features;
+  const auto error = [&](bool enabled) {
+    TrackerOptions options;
+    options.direct.enabled = enabled;
+    TrackerInSystem tracker(model, options);
+    Start(tracker);
+    const TrackedFrame tracked = Track(tracker, view);
+    EXPECT_EQ(tracked.state, TrackingState::kTracking);
+    EXPECT_GE(tracked.num_points, 25);
+    return testing::PositionError(tracked.T_WC, kNext);
+  };
+  EXPECT_LT(error(true), 0.5 * error(false));
 }
 
 TEST_F(TrackerDirectTest, TheNextSharpFrameFindsTheLandmarksAgain) {
