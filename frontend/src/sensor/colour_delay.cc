@@ -81,10 +81,12 @@ std::size_t ColourDelay::Find(const RgbdImage& image, const Twist& motion) const
     best = late;
     return true;
   };
-  // Colour becomes no later but by repeated images.
+  // Colour becomes later by repeated images alone, and catches up once there are none.
   const std::size_t most = std::min(latest, late_ + repeated_);
   for (std::size_t late = usual + 1; late <= most && is_better(late);) ++late;
-  for (std::size_t late = usual; best <= usual && late > 0 && is_better(late - 1);) --late;
+  if (best == usual && (repeated_ == 0 || late_ < usual)) {
+    for (std::size_t late = usual; late > 0 && is_better(late - 1);) --late;
+  }
   return best;
 }
 
