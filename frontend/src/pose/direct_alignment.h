@@ -40,8 +40,7 @@ class DirectAligner {
  public:
   // grid: of all images; must outlive this.
   DirectAligner(const DepthGrid& grid, const DepthNoise& noise,
-                double min_correlation = kMinGreyCorrelation,
-                int min_planes = kMinPlaneReadings);
+                double min_correlation = kMinGreyCorrelation, int min_planes = kMinPlaneReadings);
 
   // standing: the depth grid of the reference, 0 on dynamic objects, which are masked out. T_WC:
   // rough pose. Returns the pose with its information, in which readings with common noise count as

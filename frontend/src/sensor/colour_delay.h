@@ -31,12 +31,13 @@ class ColourDelay {
   // Takes the features of the image that was given last to Apply(), and did not repeat another.
   void SetReference(std::shared_ptr<const FrameFeatures> features);
 
-  // Returns by how much [s] the colour of the last image that repeated none is older than its stamp.
+  // Returns by how much [s] the colour of the last image that repeated none is older than its
+  // stamp.
   double delay() const { return delay_; }
 
  private:
-  // Sum of the logarithms of the errors of grey levels and planes, less for a greater overlap; empty
-  // if the images cannot be aligned.
+  // Sum of the logarithms of the errors of grey levels and planes, less for a greater overlap;
+  // empty if the images cannot be aligned.
   std::optional<double> Error(const cv::Mat& gray_grid, std::size_t late,
                               const Twist& motion) const;
   // Returns by how many images the colour of this one is late.
