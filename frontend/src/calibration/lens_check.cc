@@ -1,7 +1,6 @@
 #include "calibration/lens_check.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -17,12 +16,21 @@ constexpr double kSignificant = 6.0;     // standard deviations
 // Least relative growth of the squared residuals with the stated value. A deviation that poses and
 // points absorb is no evidence: errors of depth or of stamps shift values that the motion hardly
 // determines by many standard deviations, because all keyframes share them. With the right lens the
-// growth was below 0.003, with one that is wrong by a factor of two above 0.007.
-constexpr double kLeastGrowth = 0.005;
-constexpr int kManyKeyframes = 20;  // with fewer, twice the tolerance: they may all look one way
-// Twice as much for the principal point: a camera that hardly rolls or pitches, as on a vehicle,
-// sees a shift of it as a constant rotation.
-constexpr double kOfCentre = 2.0;
+// growth was below 0.007 (principal point) and 0.0045 (others), with one that is wrong by a factor
+// of two mostly above 0.007.
+constexpr double kLeastGrowth = 0.005, kClearGrowth = 0.015;
+// Deviations that count, of focal lengths and principal point relative to the focal length: from
+// the clear growth on, and with less. Calibrations of one camera differ by 2 %, and errors of its
+// depth shift the estimate by as much. A camera that hardly rolls or pitches, as on a vehicle, sees
+// a shift of the principal point as a constant rotation.
+constexpr double kFocalTolerance = 0.05, kCentreTolerance = 0.03;
+constexpr double kUnclearFocalTolerance = 0.05, kUnclearCentreTolerance = 0.1;
+constexpr int kManyKeyframes = 20;  // with fewer, twice as much: they may all look one way
+// The same of distortion, relative to the distance of the corners from the principal point.
+constexpr double kDistortionTolerance = 0.02;
+// A principal point this far from the middle of the image, of its side, is rare: then less evidence
+// for the middle suffices.
+constexpr double kFarCentre = 0.12, kSignificantCentre = 2.5, kLeastGrowthOfCentre = 0.0015;
 constexpr LensSigmas kMostSigmas{.focal = 0.05, .centre = 0.025};
 constexpr double kFarOffLens = 0.1;  // relative: poses are not to be trusted
 
@@ -33,6 +41,71 @@ std::string WithSigma(double value, double sigma) {
 // Returns "a" or "a and b", both with their standard deviations.
 std::string Pair(const Eigen::Vector2d& values, const Eigen::Vector2d& sigmas) {
   return WithSigma(values.x(), sigmas.x()) + " and " + WithSigma(values.y(), sigmas.y());
+}
+
+constexpr const char* kLensRemedy =
+    "set fx, fy, cx and cy to those of the colour camera at this image size; highwall calibrate "
+    "refines them";
+
+enum class LensPart { kFocalLengths, kCentre, kDistortion };
+
+// A value of the lens that deviates.
+struct Deviation {
+  LensPart part;
+  double relative = 0.0;  // to the focal length; of distortion, to the radius at the corners
+  double growth = 0.0;
+};
+
+// Squared distance of the corners from the principal point, in focal lengths.
+double CornerSquared(const PinholeCamera& camera) {
+  const double x = std::max(camera.cx, camera.width - 1.0 - camera.cx) / camera.fx;
+  const double y = std::max(camera.cy, camera.height - 1.0 - camera.cy) / camera.fy;
+  return x * x + y * y;
+}
+
+std::vector<Deviation> DeviationsOf(const PinholeCamera& camera, const LensEstimate& estimate) {
+  std::vector<Deviation> all;
+  const auto add = [&](LensPart part, double off, double sigma, double growth, double tolerance) {
+    if (std::abs(off) > std::max(tolerance, kSignificant * sigma) && growth > kLeastGrowth) {
+      all.push_back({part, std::abs(off), growth});
+    }
+  };
+  const double few = estimate.keyframes < kManyKeyframes ? 2.0 : 1.0;
+  const Eigen::Vector4d known(camera.fx, camera.fy, camera.cx, camera.cy);
+  for (int i = 0; i < 4; ++i) {
+    // The larger focal length: a wrong one is too small or too large.
+    const double focal = std::max(known[i % 2], estimate.intrinsics[i % 2]);
+    const bool is_clear = estimate.growth[i] > kClearGrowth;
+    const double tolerance = i < 2 ? (is_clear ? kFocalTolerance : few * kUnclearFocalTolerance)
+                                   : (is_clear ? kCentreTolerance : few * kUnclearCentreTolerance);
+    add(i < 2 ? LensPart::kFocalLengths : LensPart::kCentre,
+        (estimate.intrinsics[i] - known[i]) / focal, estimate.sigma[i] / focal, estimate.growth[i],
+        tolerance);
+  }
+  const LensEstimate::Distortion& distortion = estimate.distortion;
+  const double corner = CornerSquared(camera);
+  add(LensPart::kDistortion, corner * distortion.k1, corner * distortion.sigma, distortion.growth,
+      kDistortionTolerance);
+  return all;
+}
+
+std::string TextOf(LensPart part, const PinholeCamera& camera, const LensEstimate& estimate) {
+  const auto stated = [](double a, double b) {
+    return " px, not " + RoundedText(a, 4) + " and " + RoundedText(b, 4);
+  };
+  if (part == LensPart::kFocalLengths) {
+    return "the focal lengths are likely " +
+           Pair(estimate.intrinsics.head<2>(), estimate.sigma.head<2>()) +
+           stated(camera.fx, camera.fy);
+  }
+  if (part == LensPart::kCentre) {
+    return "the principal point is likely at " +
+           Pair(estimate.intrinsics.tail<2>(), estimate.sigma.tail<2>()) +
+           stated(camera.cx, camera.cy);
+  }
+  const double percent = 100.0 * CornerSquared(camera) * estimate.distortion.k1;
+  return "by the stated distortion, corners of the image are " + FixedText(std::abs(percent), 0) +
+         " % too " + (percent > 0.0 ? "far from" : "near to") + " its principal point";
 }
 
 std::vector<KeyFrameId> NewestMadeIn(const Map& map, SubmapId submap, KeyFrameId given,
@@ -48,8 +121,11 @@ std::optional<SensorFinding> TestLens(const Map& map, const MeasurementModel& mo
                                       const std::vector<KeyFrameId>& keyframes) {
   const std::optional<LensEstimate> estimate = EstimateLens(map, model, keyframes);
   if (!estimate) return std::nullopt;
-  return CompareLens(model.camera(), Constrained(*estimate, model.camera(), kMostSigmas),
-                     (estimate->keyframes < kManyKeyframes ? 2.0 : 1.0) * kLensTolerance);
+  if (auto finding =
+          CompareLens(model.camera(), Constrained(*estimate, model.camera(), kMostSigmas))) {
+    return finding;
+  }
+  return CheckFarCentre(model.camera(), *estimate);
 }
 
 }  // namespace
@@ -66,37 +142,34 @@ LensEstimate Constrained(LensEstimate estimate, const PinholeCamera& camera,
   return estimate;
 }
 
-std::optional<SensorFinding> CompareLens(const PinholeCamera& camera, const LensEstimate& estimate,
-                                         double tolerance) {
-  const Eigen::Vector4d known(camera.fx, camera.fy, camera.cx, camera.cy);
-  const Eigen::Vector4d off = (estimate.intrinsics - known).cwiseAbs();
-  double worst = 0.0;  // relative deviation of those that count
-  const auto deviates = [&](int i) {
-    // The larger focal length: a wrong one is too small or too large.
-    const double focal = std::max(known[i % 2], estimate.intrinsics[i % 2]);
-    const double least = (i < 2 ? 1.0 : kOfCentre) * tolerance * focal;
-    if (off[i] <= std::max(least, kSignificant * estimate.sigma[i])) return false;
-    if (estimate.growth[i] <= kLeastGrowth) return false;
-    worst = std::max(worst, off[i] / focal);
-    return true;
-  };
-  const std::array<bool, 4> wrong{deviates(0), deviates(1), deviates(2), deviates(3)};
-  const bool focal = wrong[0] || wrong[1];
-  if (!focal && !wrong[2] && !wrong[3]) return std::nullopt;
-  std::string text;
-  if (focal) {
-    text = "the focal lengths are likely " +
-           Pair(estimate.intrinsics.head<2>(), estimate.sigma.head<2>()) + " px, not " +
-           RoundedText(camera.fx, 4) + " and " + RoundedText(camera.fy, 4);
-  } else {
-    text = "the principal point is likely at " +
-           Pair(estimate.intrinsics.tail<2>(), estimate.sigma.tail<2>()) + " px, not " +
-           RoundedText(camera.cx, 4) + " and " + RoundedText(camera.cy, 4);
-  }
+std::optional<SensorFinding> CompareLens(const PinholeCamera& camera,
+                                         const LensEstimate& estimate) {
+  const std::vector<Deviation> deviations = DeviationsOf(camera, estimate);
+  if (deviations.empty()) return std::nullopt;
+  const Deviation& clearest = *std::ranges::max_element(deviations, {}, &Deviation::growth);
+  const double worst = std::ranges::max_element(deviations, {}, &Deviation::relative)->relative;
   return SensorFinding{SensorFault::kLens,
-                       worst > kFarOffLens ? Trust::kNotTrusted : Trust::kDoubtful, std::move(text),
-                       "set fx, fy, cx and cy to those of the colour camera at this image size; "
-                       "highwall calibrate refines them"};
+                       worst > kFarOffLens ? Trust::kNotTrusted : Trust::kDoubtful,
+                       TextOf(clearest.part, camera, estimate),
+                       clearest.part == LensPart::kDistortion
+                           ? "state the model and the coefficients of the colour camera's "
+                             "distortion, or none if the images are undistorted"
+                           : kLensRemedy};
+}
+
+std::optional<SensorFinding> CheckFarCentre(const PinholeCamera& camera,
+                                            const LensEstimate& estimate) {
+  const auto is_doubtful = [&](int i) {
+    const double side = i == 0 ? camera.width : camera.height, middle = 0.5 * (side - 1.0);
+    const double stated = i == 0 ? camera.cx : camera.cy, estimated = estimate.intrinsics[2 + i];
+    return std::abs(stated - middle) > kFarCentre * side &&
+           std::abs(estimated - middle) < std::abs(stated - middle) &&
+           std::abs(estimated - stated) > kSignificantCentre * estimate.sigma[2 + i] &&
+           estimate.growth[2 + i] > kLeastGrowthOfCentre;
+  };
+  if (!is_doubtful(0) && !is_doubtful(1)) return std::nullopt;
+  return SensorFinding{SensorFault::kLens, Trust::kDoubtful,
+                       TextOf(LensPart::kCentre, camera, estimate), kLensRemedy};
 }
 
 std::optional<SensorFinding> CheckExchangedCentre(const PinholeCamera& camera) {

@@ -11,10 +11,6 @@
 
 namespace highwall {
 
-// Deviations that count, relative to the focal length; twice as much for the principal point.
-// Calibrations of one camera differ by 2 %, and errors of its depth shift the estimate by as much.
-inline constexpr double kLensTolerance = 0.05;
-
 // Largest standard deviations of values that images constrain, relative to the focal length.
 struct LensSigmas {
   double focal = 0.0, centre = 0.0;
@@ -25,10 +21,15 @@ struct LensSigmas {
 LensEstimate Constrained(LensEstimate estimate, const PinholeCamera& camera,
                          const LensSigmas& most);
 
-// Returns a finding if the lens of the model differs from the estimate significantly and by more
-// than the tolerance (docs/misconfiguration.md, Lens).
-std::optional<SensorFinding> CompareLens(const PinholeCamera& camera, const LensEstimate& estimate,
-                                         double tolerance);
+// Returns a finding if the lens of the model differs from the estimate significantly, by more than
+// calibrations of one camera do, and if the images show the difference (docs/misconfiguration.md,
+// Lens). The text is about the value whose deviation the images show most.
+std::optional<SensorFinding> CompareLens(const PinholeCamera& camera, const LensEstimate& estimate);
+
+// Returns a finding if the principal point is stated far from the middle of the image, where it
+// hardly ever is, and the estimate is significantly nearer to the middle.
+std::optional<SensorFinding> CheckFarCentre(const PinholeCamera& camera,
+                                            const LensEstimate& estimate);
 
 // Returns a finding if cx and cy are exchanged: as stated they are far from the middle of the image
 // in both directions, and the other way round they are near it. Without images.

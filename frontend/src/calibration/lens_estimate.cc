@@ -14,11 +14,13 @@
 namespace highwall {
 namespace {
 
-constexpr int kLens = 5;  // fx fy cx cy [px], offset of inverse depth [1/m]
+constexpr int kLens = 6;  // fx fy cx cy [px], k1, offset of inverse depth [1/m]
+constexpr int kDistortion = 4, kOffset = 5;
 constexpr std::size_t kLeastKeyframes = 12, kLeastPoints = 100;
 constexpr std::size_t kGroups = 8;  // of keyframes, for the scatter of the estimate
 constexpr int kMostIterations = 8;
 constexpr double kHuber = 2.5;
+constexpr double kDistortionSigma = 0.5;    // prior of k1
 constexpr double kOffsetSigma = 0.02;       // [1/m] prior of the offset of inverse depth
 constexpr double kConverged = 1e-3;         // relative change of a focal length
 constexpr double kLargestStep = 0.3;        // relative, of the focal lengths
@@ -50,7 +52,7 @@ class LensProblem {
         held_(std::move(views.held)),
         points_(std::move(views.points)) {
     const PinholeCamera& camera = model.camera();
-    known_ << camera.fx, camera.fy, camera.cx, camera.cy, 0.0;
+    known_ << camera.fx, camera.fy, camera.cx, camera.cy, 0.0, 0.0;
     lens_ = known_;
   }
 
@@ -111,19 +113,23 @@ class LensProblem {
     if (p.z() < kMinDistance) return l;
     const double iz = 1.0 / p.z(), x = p.x() * iz, y = p.y() * iz;
     const Eigen::Matrix3d& A = view.rows.A;
-    l.r = A * Eigen::Vector3d(lens_[0] * x + lens_[2], lens_[1] * y + lens_[3],
-                              c_ * (iz + lens_[4])) +
+    const double squared = x * x + y * y, k = lens_[kDistortion], g = 1.0 + k * squared;
+    l.r = A * Eigen::Vector3d(lens_[0] * x * g + lens_[2], lens_[1] * y * g + lens_[3],
+                              c_ * (iz + lens_[kOffset])) +
           view.rows.b;
+    Eigen::Matrix2d by_xy;  // of the pixel
+    by_xy << lens_[0] * (g + 2.0 * k * x * x), lens_[0] * 2.0 * k * x * y,
+        lens_[1] * 2.0 * k * x * y, lens_[1] * (g + 2.0 * k * y * y);
     Eigen::Matrix3d by_p;
-    by_p << lens_[0] * iz, 0.0, -lens_[0] * x * iz, 0.0, lens_[1] * iz, -lens_[1] * y * iz, 0.0,
-        0.0, -c_ * iz * iz;
+    by_p << by_xy * iz, -by_xy * Eigen::Vector2d(x, y) * iz, 0.0, 0.0, -c_ * iz * iz;
     by_p = (A * by_p).eval();
     l.by_pose.leftCols<3>() = by_p;  // p <- p + d + theta x p
     for (int i = 0; i < 3; ++i) {
       l.by_pose.block<1, 3>(i, 3) = -by_p.row(i).cross(p.transpose());
     }
     l.by_point = by_p * poses_[view.image].R();
-    l.by_lens << x * A.col(0), y * A.col(1), A.col(0), A.col(1), c_ * A.col(2);
+    l.by_lens << x * g * A.col(0), y * g * A.col(1), A.col(0), A.col(1),
+        squared * (lens_[0] * x * A.col(0) + lens_[1] * y * A.col(1)), c_ * A.col(2);
     const double norm = l.r.norm();
     const double weight = norm > kHuber ? std::sqrt(kHuber / norm) : 1.0;
     l.r *= weight;
@@ -141,14 +147,20 @@ class LensProblem {
     poses_gradient_ = Eigen::VectorXd::Zero(size);
     lens_lens_ = LensMatrix::Zero();
     lens_gradient_ = LensVector::Zero();
-    lens_lens_(4, 4) = 1.0 / (kOffsetSigma * kOffsetSigma);
-    lens_gradient_[4] = lens_[4] * lens_lens_(4, 4);
+    AddPrior(kDistortion, kDistortionSigma);
+    AddPrior(kOffset, kOffsetSigma);
     linear_.clear();
     inverses_.clear();
     for (const SeenPoint& point : points_) AddPoint(point);
     for (const std::size_t image : held_) {
       poses_poses_.diagonal().segment<6>(6 * Row(image)).array() += 1e12;
     }
+  }
+
+  // Of a value about zero.
+  void AddPrior(int value, double sigma) {
+    lens_lens_(value, value) = 1.0 / (sigma * sigma);
+    lens_gradient_[value] = lens_[value] / (sigma * sigma);
   }
 
   void AddPoint(const SeenPoint& point) {
@@ -287,10 +299,15 @@ std::optional<LensEstimate> EstimateLens(LensViews views, const MeasurementModel
   LensEstimate estimate{.intrinsics = problem.lens().head<4>(),
                         .sigma = problem.Sigma().head<4>(),
                         .growth = problem.Growth().head<4>(),
+                        .distortion = {.k1 = problem.lens()[kDistortion],
+                                       .sigma = problem.Sigma()[kDistortion],
+                                       .growth = problem.Growth()[kDistortion]},
                         .keyframes = static_cast<int>(images),
                         .points = static_cast<int>(problem.points())};
+  const LensEstimate::Distortion& distortion = estimate.distortion;
   if (!estimate.intrinsics.allFinite() || !estimate.sigma.allFinite() ||
-      !estimate.growth.allFinite()) {
+      !estimate.growth.allFinite() ||
+      !Eigen::Vector3d(distortion.k1, distortion.sigma, distortion.growth).allFinite()) {
     return std::nullopt;
   }
   return estimate;

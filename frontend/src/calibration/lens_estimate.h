@@ -30,7 +30,7 @@ struct LensViews {
   std::vector<SeenPoint> points;
 };
 
-// Focal lengths and principal point as images tell them.
+// Focal lengths, principal point and radial distortion as images tell them.
 struct LensEstimate {
   Eigen::Vector4d intrinsics = Eigen::Vector4d::Zero();  // fx fy cx cy [px]
   // [px] Standard deviations by the scatter between groups of keyframes: they hold whatever the
@@ -40,6 +40,11 @@ struct LensEstimate {
   // were that of the model and all others were adjusted. It hardly depends on how many views there
   // are.
   Eigen::Vector4d growth = Eigen::Vector4d::Zero();
+  // Radial distortion of the undistorted pixels, x (1 + k1 (x^2 + y^2)): zero if the stated one is
+  // right, otherwise about what is to be added to the stated k1. sigma, growth: as above.
+  struct Distortion {
+    double k1 = 0.0, sigma = 0.0, growth = 0.0;
+  } distortion{};
   int keyframes = 0, points = 0;
 };
 

@@ -120,8 +120,7 @@ std::optional<SensorFinding> TestPairs(const Dataset& dataset, const RgbdSensor&
   const std::optional<LensEstimate> estimate = EstimateLens(std::move(views), model);
   if (!estimate) return std::nullopt;
   return CompareLens(model.camera(),
-                     Constrained(*estimate, model.camera(), {kFocalSigma, kCentreSigma}),
-                     kLensTolerance);
+                     Constrained(*estimate, model.camera(), {kFocalSigma, kCentreSigma}));
 }
 
 }  // namespace
