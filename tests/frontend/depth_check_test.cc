@@ -103,6 +103,23 @@ Change Shift(int by_u, int by_v) {
   };
 }
 
+// Keeps the middle of an image, this share of each side, at the full size.
+void Magnify(double share, cv::Mat* image) {
+  const cv::Size size = image->size();
+  const cv::Size part(static_cast<int>(std::lround(share * size.width)),
+                      static_cast<int>(std::lround(share * size.height)));
+  const cv::Rect middle({(size.width - part.width) / 2, (size.height - part.height) / 2}, part);
+  cv::resize((*image)(middle).clone(), *image, size, 0.0, 0.0, cv::INTER_NEAREST);
+}
+
+// Depth shows this share of the view of colour.
+Change View(double share) {
+  return [share](Image* image) {
+    Magnify(std::min(share, 1.0), &image->raw);
+    Magnify(std::min(1.0 / share, 1.0), &image->bgr);
+  };
+}
+
 std::string Lines(const std::vector<SensorFinding>& findings) {
   std::string lines;
   for (const SensorFinding& finding : findings) lines += Line(finding) + "\n";
@@ -169,6 +186,20 @@ TEST(DepthCheck, FindsAValueThatStandsForNoReading) {
   }
 }
 
+TEST(DepthCheck, FindsAValueThatStandsForNoReadingAmongOthers) {
+  // Readings reach 4 m, and 2.047 m is within the boxes and the floor.
+  ExpectFound(
+      [](Image* image) {
+        for (int u = 0; u < kWidth; u += 40) image->raw.colRange(u, u + 2).setTo(2047);
+      },
+      SensorFault::kDepthSaturated, "2047");
+}
+
+TEST(DepthCheck, SaysNothingOfDepthInCoarseSteps) {
+  // A tenth of the readings has the commonest value then.
+  ExpectNothing(EachValue([](double value) { return 150.0 * std::round(value / 150.0); }));
+}
+
 TEST(DepthCheck, FindsInverseDepth) {
   ExpectFound(EachValue([](double value) { return value > 0.0 ? 4e6 / value : 0.0; }),
               SensorFault::kDepthInverse, "disparities");
@@ -193,6 +224,13 @@ TEST(DepthCheck, FindsDepthThatIsNotRegistered) {
 }
 
 // A range that nearly all readings miss, and would not with the other factor.
+TEST(DepthCheck, FindsDepthOfAnotherFieldOfView) {
+  ExpectFound(View(0.6), SensorFault::kDepthUnregistered, "about 0.6");
+  ExpectFound(View(0.85), SensorFault::kDepthUnregistered, "about 0.8");
+  ExpectFound(View(1.3), SensorFault::kDepthUnregistered, "about 1.");
+  ExpectNothing(View(0.98));
+}
+
 TEST(DepthCheck, FindsADepthFactorByTheRangeOfTheSensor) {
   RgbdSensor sensor = Sensor();
   sensor.min_depth = 0.4;

@@ -18,6 +18,9 @@ constexpr double kLongestGap = 0.06;   // of the width: holes between the two si
 constexpr float kStrongest = 40.0F;    // [grey levels] a stronger edge of colour counts as this
 constexpr double kLeastEdges = 0.003;  // share of the pixels
 constexpr std::size_t kLeastImages = 4;
+// Shares of the view that are tried, each this much larger than the one before, none of them within
+// a step of 1; and the largest shift beside them, of the width.
+constexpr double kNarrowest = 0.5, kWidest = 1.5, kWider = 1.06, kReachOfView = 0.05;
 
 // Marks the nearer side of each step of depth along a row or a column.
 void MarkSteps(const cv::Mat& raw, bool down, cv::Mat* edges) {
@@ -82,6 +85,30 @@ cv::Mat Flipped(const cv::Mat& image, DepthFlip flip) {
   return flipped;
 }
 
+std::vector<double> ViewShares() {
+  std::vector<double> shares;
+  for (double share = kNarrowest; share < kWidest; share *= kWider) {
+    if (share < 1.0 / kWider || share > kWider) shares.push_back(share);
+  }
+  return shares;
+}
+
+// Correlations of a map of depth that shows this share of the view of the map of colour, over
+// shifts of up to `reach` cells.
+cv::Mat CorrelationsOfView(const cv::Mat& colour, const cv::Mat& depth, double share, int reach) {
+  cv::Mat scaled;
+  cv::resize(depth, scaled, {}, share, share, share < 1.0 ? cv::INTER_AREA : cv::INTER_LINEAR);
+  const auto middle = [](const cv::Mat& of, const cv::Size& size) {
+    return of(cv::Rect({(of.cols - size.width) / 2, (of.rows - size.height) / 2}, size));
+  };
+  const cv::Size part(std::min(scaled.cols, colour.cols - 2 * reach),
+                      std::min(scaled.rows, colour.rows - 2 * reach));
+  const cv::Size searched(part.width + 2 * reach, part.height + 2 * reach);
+  cv::Mat map;
+  cv::matchTemplate(middle(colour, searched), middle(scaled, part), map, cv::TM_CCOEFF_NORMED);
+  return map;
+}
+
 cv::Mat MeanOf(const std::vector<const cv::Mat*>& maps) {
   cv::Mat sum = cv::Mat::zeros(maps.front()->size(), CV_32F);
   for (const cv::Mat* map : maps) sum += *map;
@@ -108,6 +135,12 @@ double Mean(const std::vector<double>& values) {
   double sum = 0.0;
   for (const double value : values) sum += value;
   return sum / static_cast<double>(values.size());
+}
+
+// Mean without the greatest: a single image with few edges may fit anywhere.
+double MeanOfOthers(const std::vector<double>& values) {
+  const double count = static_cast<double>(values.size());
+  return (count * Mean(values) - std::ranges::max(values)) / (count - 1.0);
 }
 
 // Standard deviation of the mean.
@@ -153,6 +186,11 @@ void DepthEdges::Add(const cv::Mat& raw, const cv::Mat& bgr) {
     const cv::Mat part = Flipped(depth, static_cast<DepthFlip>(flip))(inner);
     cv::matchTemplate(colour, part, maps[static_cast<std::size_t>(flip)], cv::TM_CCOEFF_NORMED);
   }
+  const int view_reach = static_cast<int>(std::lround(kReachOfView * depth.cols));
+  std::vector<cv::Mat>& views = views_.emplace_back();
+  for (const double share : ViewShares()) {
+    views.push_back(CorrelationsOfView(colour, depth, share, view_reach));
+  }
 }
 
 std::vector<double> DepthEdges::Correlations(DepthFlip flip, const cv::Point& cell) const {
@@ -189,15 +227,49 @@ EdgeFit DepthEdges::FitOf(DepthFlip flip, cv::Point* cell) const {
   return fit;
 }
 
+std::vector<double> DepthEdges::ViewCorrelations(std::size_t share,
+                                                 std::optional<std::size_t> without) const {
+  std::vector<const cv::Mat*> maps;
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    if (i != without) maps.push_back(&views_[i][share]);
+  }
+  cv::Point cell;
+  PeakOf(MeanOf(maps), &cell);
+  std::vector<double> correlations;
+  for (const cv::Mat* map : maps) correlations.push_back(static_cast<double>(map->at<float>(cell)));
+  return correlations;
+}
+
+ViewFit DepthEdges::FitOfView(const std::vector<double>& shifted) const {
+  const std::vector<double> shares = ViewShares();
+  const auto best = [&](std::optional<std::size_t> without) {
+    std::vector<double> means;
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+      means.push_back(MeanOfOthers(ViewCorrelations(i, without)));
+    }
+    return static_cast<std::size_t>(std::ranges::max_element(means) - means.begin());
+  };
+  const std::size_t whole = best(std::nullopt);
+  const std::vector<double> correlations = ViewCorrelations(whole, std::nullopt);
+  ViewFit fit{.share = shares[whole],
+              .correlation = Mean(correlations),
+              .better = ShareOfGreater(correlations, shifted)};
+  for (std::size_t i = 0; i < views_.size(); ++i) {
+    fit.spread = std::max(fit.spread, std::abs(shares[best(i)] / fit.share - 1.0));
+  }
+  return fit;
+}
+
 std::optional<DepthEdges::Result> DepthEdges::Fit() const {
   if (maps_.size() < kLeastImages) return std::nullopt;
   const std::vector<double> as_they_are =
       Correlations(DepthFlip::kNone, CentreOf(maps_.front().front()));
-  Result result{.correlation = Mean(as_they_are), .shifted = {}, .flipped = {}};
+  Result result{.correlation = Mean(as_they_are), .shifted = {}, .flipped = {}, .view = {}};
   cv::Point cell;
   result.shifted = FitOf(DepthFlip::kNone, &cell);
   const std::vector<double> shifted = Correlations(DepthFlip::kNone, cell);
   result.shifted.better = ShareOfGreater(shifted, as_they_are);
+  result.view = FitOfView(shifted);
   for (const DepthFlip flip :
        {DepthFlip::kLeftRight, DepthFlip::kUpsideDown, DepthFlip::kHalfTurn}) {
     EdgeFit fit = FitOf(flip, &cell);

@@ -20,12 +20,42 @@ constexpr double kLeastSentinels = 0.01;  // share of the pixels
 // of the sentinels: the readings in the upper half of the values below them
 constexpr double kMostBetween = 0.02;
 
+// Readings next to those of the commonest value, at least, and the share of them within 5 % of it.
+// A surface goes on beside its commonest reading; what stands for no reading ends anywhere.
+constexpr int kFewestBeside = 20;
+constexpr double kBeside = 0.05, kMostBeside = 0.3;
+
 std::uint16_t Swapped(std::uint16_t value) {
   return static_cast<std::uint16_t>((value << 8) | (value >> 8));
 }
 
 double RelativeStep(double a, double b) {
   return std::abs(a - b) / std::max(a, b);
+}
+
+// Whether most readings next to those of this value are far from it: by more than 5 %, and beyond
+// the next value of the image, which may have coarse steps.
+bool StandsOut(const cv::Mat& raw, std::size_t value, const std::vector<std::uint64_t>& histogram,
+               int step) {
+  std::size_t lower = value - 1, upper = value + 1;
+  while (lower > 0 && histogram[lower] == 0) --lower;
+  while (upper + 1 < kAllValues && histogram[upper] == 0) ++upper;
+  int beside = 0, near = 0;
+  const auto add = [&](std::uint16_t other) {
+    ++beside;
+    near += RelativeStep(other, static_cast<double>(value)) < kBeside ||
+                    (other >= lower && other <= upper)
+                ? 1
+                : 0;
+  };
+  for (int v = 0; v < raw.rows; v += step) {
+    const auto* row = raw.ptr<std::uint16_t>(v);
+    for (int u = 0; u + 1 < raw.cols; ++u) {
+      if (row[u] == value && row[u + 1] != value && row[u + 1] != 0) add(row[u + 1]);
+      if (row[u + 1] == value && row[u] != value && row[u] != 0) add(row[u]);
+    }
+  }
+  return beside >= kFewestBeside && near < kMostBeside * beside;
 }
 
 // Whether this holds for all images but one in eight.
@@ -60,6 +90,8 @@ void DepthValues::Add(const cv::Mat& raw, const cv::Mat& bgr) {
   if (readings == 0) return;
   const auto commonest = std::max_element(histogram.begin() + 1, histogram.end());
   commonest_.push_back(static_cast<double>(*commonest) / static_cast<double>(readings));
+  commonest_value_.push_back(static_cast<std::size_t>(commonest - histogram.begin()));
+  stands_out_.push_back(StandsOut(raw, commonest_value_.back(), histogram, kStep));
   std::size_t highest = kAllValues - 1;
   while (histogram[highest] == 0) --highest;
   highest_.push_back(highest);
@@ -98,6 +130,25 @@ bool DepthValues::HasSwappedBytes() const {
 }
 
 std::optional<SentinelValue> DepthValues::Sentinel() const {
+  const std::optional<SentinelValue> highest = HighestSentinel();
+  return highest ? highest : CommonestSentinel();
+}
+
+std::optional<SentinelValue> DepthValues::CommonestSentinel() const {
+  if (commonest_value_.empty()) return std::nullopt;
+  const auto commonest = std::max_element(histogram_.begin() + 1, histogram_.end());
+  const auto value = static_cast<std::size_t>(commonest - histogram_.begin());
+  std::uint64_t pixels = 0;
+  for (const std::uint64_t count : histogram_) pixels += count;
+  const double share = static_cast<double>(histogram_[value]) / static_cast<double>(pixels);
+  const bool stands_out = HoldsForNearlyAll(stands_out_.size(), [&](std::size_t i) {
+    return commonest_value_[i] == value && stands_out_[i];
+  });
+  if (share < kLeastSentinels || !stands_out) return std::nullopt;
+  return SentinelValue{static_cast<int>(value), share};
+}
+
+std::optional<SentinelValue> DepthValues::HighestSentinel() const {
   if (highest_.empty()) return std::nullopt;
   const std::size_t value = *std::ranges::max_element(highest_);
   if (!HoldsForNearlyAll(highest_.size(), [&](std::size_t i) { return highest_[i] == value; })) {

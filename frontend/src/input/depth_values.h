@@ -9,7 +9,8 @@
 
 namespace highwall {
 
-// A sentinel: a stored value that stands for "no reading", in many pixels and far above all others.
+// A sentinel: a stored value that stands for "no reading", in many pixels, and far above all others
+// or unlike those next to it.
 struct SentinelValue {
   int value = 0;
   double share = 0.0;  // of all pixels
@@ -33,7 +34,12 @@ class DepthValues {
   std::optional<SentinelValue> Sentinel() const;
 
  private:
+  std::optional<SentinelValue> HighestSentinel() const;
+  std::optional<SentinelValue> CommonestSentinel() const;
+
   std::vector<double> commonest_{};  // share of the commonest value among the readings, by image
+  std::vector<std::size_t> commonest_value_{};
+  std::vector<bool> stands_out_{};  // the commonest value from the readings next to it, by image
   std::vector<double> steps_{}, swapped_steps_{};  // mean relative step to the neighbour, by image
   std::vector<std::uint64_t> histogram_{};
   std::vector<std::size_t> highest_{};      // value, by image
