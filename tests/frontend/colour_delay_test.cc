@@ -63,14 +63,20 @@ std::vector<int> DepthsGiven(const std::vector<int>& colours) {
     depths.push_back(testing::DepthOf(kBoxes, kGridCamera, CameraAt(static_cast<int>(i))));
     RgbdImage image;
     image.stamp = static_cast<Stamp>(i) * kInterval;
-    image.depth = depths.back();
+    const cv::Mat memory = depths.back().clone();
+    image.depth = memory;
     if (!repeated) image.bgr = ColourAt(colours[i]);
     delay.Apply(repeated, motion, &image);
-    if (repeated) continue;
-    delay.SetReference(GridsOf(image));
-    for (std::size_t k = 0; k < depths.size(); ++k) {
-      if (depths[k].data == image.depth.data) given.push_back(static_cast<int>(k));
+    if (!repeated) {
+      delay.SetReference(GridsOf(image));
+      for (std::size_t k = 0; k < depths.size(); ++k) {
+        if (cv::norm(depths[k], image.depth, cv::NORM_INF) == 0.0) {
+          given.push_back(static_cast<int>(k));
+        }
+      }
     }
+    cv::Mat(memory).setTo(0.0);  // as a camera that writes the next image into it
+    if (repeated) continue;
     EXPECT_NEAR(delay.delay(), ToSeconds(image.stamp - given.back() * kInterval), 1e-9);
   }
   return given;

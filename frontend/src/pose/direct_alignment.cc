@@ -43,6 +43,7 @@ struct Stage {
 };
 constexpr std::array<Stage, 3> kStages{{{4.0, 0.2}, {2.0, 0.08}, {0.0, 0.03}}};
 constexpr int kSteps = 15;           // per stage, each with new associations
+constexpr int kIterations = 2;       // per step
 constexpr double kConverged = 1e-5;  // [m, rad] norm of the last step of a stage
 constexpr double kSettled = 1e-3;    // [m, rad] maximum norm of that step, else no convergence
 
@@ -111,35 +112,33 @@ class AlignmentProblem {
     const Eigen::Matrix3d step_jacobian = so3::RightJacobian(step.tail<3>());
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 6>> J(jacobian, NumResiduals(), 6);
     Eigen::Index row = 0;
-    const auto put = [&](double r, const Eigen::Matrix<double, 1, 6>& J_row) {
+    Eigen::Matrix<double, 1, 6> J_row;
+    auto* const wanted = jacobian != nullptr ? &J_row : nullptr;
+    const auto put = [&](double r) {
       residuals[row] = r;
-      if (jacobian != nullptr) {
+      if (wanted != nullptr) {
         J.row(row).head<3>() = J_row.head<3>();
         J.row(row).tail<3>() = J_row.tail<3>() * step_jacobian;
       }
       ++row;
     };
-    Eigen::Matrix<double, 1, 6> J_row;
-    for (const PointToPlaneRow& plane : planes_) {
-      const double r = plane.Evaluate(R, T.p(), &J_row);
-      put(r, J_row);
-    }
-    for (const GreyPoint& point : points_) {
-      const double r = Grey(R, T.p(), point, &J_row);
-      put(r, J_row);
-    }
+    for (const PointToPlaneRow& plane : planes_) put(plane.Evaluate(R, T.p(), wanted));
+    for (const GreyPoint& point : points_) put(Grey(R, T.p(), point, wanted));
     return true;
   }
 
  private:
-  // Points outside the reference's view cost as much as outliers.
+  // Points outside the reference's view cost as much as outliers. J: may be null.
   double Grey(const Eigen::Matrix3d& R, const Eigen::Vector3d& p, const GreyPoint& point,
               Eigen::Matrix<double, 1, 6>* J) const {
-    J->setZero();
     const Eigen::Vector3d p_R = R * point.p_C + p;
     double value = 0.0;
     Eigen::Vector2d gradient;
-    if (p_R.z() <= 0.0 || !grey_.At(camera_.Project(p_R), &value, &gradient)) return kHuber;
+    if (p_R.z() <= 0.0 || !grey_.At(camera_.Project(p_R), &value, &gradient)) {
+      if (J != nullptr) J->setZero();
+      return kHuber;
+    }
+    if (J == nullptr) return point.weight * (value - point.grey);
     const double iz = 1.0 / p_R.z();
     const Eigen::Vector2d g =
         point.weight * iz * gradient.cwiseProduct(Eigen::Vector2d(camera_.fx, camera_.fy));
@@ -209,14 +208,16 @@ class Alignment {
       const AlignmentProblem problem(grid_, reference, T_RC_, Weighed(std::move(planes)),
                                      Weighed(pairs));
       ceres::TinySolver<AlignmentProblem> solver;
-      solver.options.max_num_iterations = 4;
+      solver.options.max_num_iterations = kIterations;
       Vector6 x = Vector6::Zero();
       solver.Solve(problem, &x);
       if (!x.allFinite()) return false;
       T_RC_ = T_RC_.Plus(x);
-      Measure(problem, x);
       last_step_ = x.norm();
-      if (last_step_ < kConverged) break;
+      if (last_step_ < kConverged || step + 1 == kSteps) {
+        Measure(problem, x);
+        break;
+      }
     }
     if (last_step_ > kSettled) return false;
     const GreyPairs pairs = Pair(reference, own, gate);

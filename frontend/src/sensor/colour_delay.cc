@@ -34,19 +34,14 @@ ColourDelay::ColourDelay(const RgbdSensor& sensor, const DepthGrid& grid)
     : sensor_(sensor), grid_(grid), aligner_(grid, sensor.depth_noise, kMinGreyCorrelation, 0) {}
 
 void ColourDelay::Apply(bool repeated, const Twist& motion, RgbdImage* image) {
-  newest_.push_front({.stamp = image->stamp,
-                      .bgr = {},
-                      .depth = image->depth,
-                      .depth_stamp = image->depth_stamp,
-                      .noise_factor = image->noise_factor});
-  while (newest_.size() > kLatest + 1 || Age(newest_.size() - 1) > kOldest) newest_.pop_back();
   if (repeated) {
     ++repeated_;
     repeated_at_ = image->stamp;
-    return;
   }
+  Remember(*image);
+  if (repeated) return;
   late_ = Find(*image, motion);
-  delay_ = Age(late_);
+  delay_ = late_ > 0 ? Age(late_) : 0.0;
   repeated_ = 0;
   reference_stamp_ = image->stamp;
   if (late_ == 0) return;
@@ -56,6 +51,19 @@ void ColourDelay::Apply(bool repeated, const Twist& motion, RgbdImage* image) {
   if (depth.depth_stamp) image->depth_stamp = image->stamp + (*depth.depth_stamp - depth.stamp);
 }
 
+void ColourDelay::Remember(const RgbdImage& image) {
+  if (ToSeconds(image.stamp - repeated_at_) > kOldest) {
+    newest_.clear();
+    return;
+  }
+  newest_.push_front({.stamp = image.stamp,
+                      .bgr = {},
+                      .depth = image.depth.clone(),
+                      .depth_stamp = image.depth_stamp,
+                      .noise_factor = image.noise_factor.clone()});
+  while (newest_.size() > kLatest + 1 || Age(newest_.size() - 1) > kOldest) newest_.pop_back();
+}
+
 void ColourDelay::SetReference(std::shared_ptr<const FrameFeatures> features) {
   reference_ = std::move(features);
 }
@@ -63,7 +71,7 @@ void ColourDelay::SetReference(std::shared_ptr<const FrameFeatures> features) {
 std::size_t ColourDelay::Find(const RgbdImage& image, const Twist& motion) const {
   if (repeated_ == 0 && late_ == 0) return 0;
   if (!reference_ || reference_->depth_grid.empty()) return 0;
-  if (ToSeconds(image.stamp - repeated_at_) > kCaughtUp) return 0;
+  if (newest_.empty() || ToSeconds(image.stamp - repeated_at_) > kCaughtUp) return 0;
   const std::size_t latest = newest_.size() - 1;
   const std::size_t usual = std::min(latest, std::max<std::size_t>(late_, repeated_ > 0 ? 1 : 0));
   if (latest == 0 || Shift(motion) < kLeastMotion) return usual;

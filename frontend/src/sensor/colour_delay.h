@@ -36,6 +36,9 @@ class ColourDelay {
   double delay() const { return delay_; }
 
  private:
+  // Remembers the depth of an image, if colour was repeated recently; its pixels are copied, since
+  // the caller may overwrite them.
+  void Remember(const RgbdImage& image);
   // Sum of the logarithms of the errors of grey levels and planes, less for a greater overlap;
   // empty if the images cannot be aligned.
   std::optional<double> Error(const cv::Mat& gray_grid, std::size_t late,

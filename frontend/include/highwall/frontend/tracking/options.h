@@ -75,7 +75,7 @@ struct KeyFramePolicyOptions {
   int wanted_tracked = 100;  // >= 0: a keyframe is due if fewer points with depth are tracked
   // >= 0: and more than this number of points with depth has no landmark yet, not counting, while
   // wanted_tracked landmarks of any kind are tracked, those that the last keyframe did not help.
-  int wanted_new = 70;
+  int wanted_new = 50;
 
   void Validate() const;
 };
