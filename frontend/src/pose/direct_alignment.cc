@@ -38,14 +38,14 @@ constexpr double kSharedNoise = 20.0;
 // Stage of the coarse-to-fine iteration: blur of the grey grids and gate of the surfaces, by the
 // remaining pose error.
 struct Stage {
-  double blur;  // [cells] standard deviation; 0: none
-  double gate;  // [m]
+  double blur;       // [cells] standard deviation; 0: none
+  double gate;       // [m]
+  double converged;  // [m, rad] norm of the last step
 };
-constexpr std::array<Stage, 3> kStages{{{4.0, 0.2}, {2.0, 0.08}, {0.0, 0.03}}};
-constexpr int kSteps = 15;           // per stage, each with new associations
-constexpr int kIterations = 2;       // per step
-constexpr double kConverged = 1e-5;  // [m, rad] norm of the last step of a stage
-constexpr double kSettled = 1e-3;    // [m, rad] maximum norm of that step, else no convergence
+constexpr std::array<Stage, 3> kStages{{{4.0, 0.2, 1e-3}, {2.0, 0.08, 3e-4}, {0.0, 0.03, 1e-4}}};
+constexpr int kSteps = 15;         // per stage, each with new associations
+constexpr int kIterations = 2;     // per step
+constexpr double kSettled = 1e-3;  // [m, rad] maximum norm of the last step, else no convergence
 
 // The grey levels of an image and their gradient, at fractional cells.
 class GreyImage {
@@ -197,13 +197,14 @@ class Alignment {
         T_RC_(T_RC) {}
 
   // Returns false if there are too few constraints, or it does not converge.
-  bool Refine(const std::vector<SurfacePatch>& patches, double gate, double blur) {
-    const GreyImage reference(reference_.gray_grid, blur), own(features_.gray_grid, blur);
+  bool Refine(const std::vector<SurfacePatch>& patches, const Stage& stage) {
+    const GreyImage reference(reference_.gray_grid, stage.blur);
+    const GreyImage own(features_.gray_grid, stage.blur);
     for (int step = 0; step < kSteps; ++step) {
-      const GreyPairs pairs = Pair(reference, own, gate);
+      const GreyPairs pairs = Pair(reference, own, stage.gate);
       if (static_cast<int>(pairs.own.size()) < kMinPairs) return false;
       std::vector<PointToPlaneRow> planes =
-          MatchPatches(patches, features_.depth_grid, {}, T_RC_, grid_, noise_, gate);
+          MatchPatches(patches, features_.depth_grid, {}, T_RC_, grid_, noise_, stage.gate);
       planes_ = static_cast<int>(planes.size());
       const AlignmentProblem problem(grid_, reference, T_RC_, Weighed(std::move(planes)),
                                      Weighed(pairs));
@@ -214,13 +215,13 @@ class Alignment {
       if (!x.allFinite()) return false;
       T_RC_ = T_RC_.Plus(x);
       last_step_ = x.norm();
-      if (last_step_ < kConverged || step + 1 == kSteps) {
+      if (last_step_ < stage.converged || step + 1 == kSteps) {
         Measure(problem, x);
         break;
       }
     }
     if (last_step_ > kSettled) return false;
-    const GreyPairs pairs = Pair(reference, own, gate);
+    const GreyPairs pairs = Pair(reference, own, stage.gate);
     likeness_ = pairs.Compare();
     overlap_ = pairs.readings > 0 ? static_cast<double>(pairs.own.size()) / pairs.readings : 0.0;
     return true;
@@ -349,7 +350,7 @@ std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& referen
   const auto patches = FindPatches(standing, grid_, noise_);
   Alignment alignment(grid_, noise_, reference, standing, features, T_WR.Inverse() * T_WC);
   for (const Stage& stage : kStages) {
-    if (!alignment.Refine(patches, stage.gate, stage.blur)) return std::nullopt;
+    if (!alignment.Refine(patches, stage)) return std::nullopt;
   }
   if (alignment.planes() < min_planes_) return std::nullopt;
   if (alignment.overlap() < kMinOverlap) return std::nullopt;
