@@ -381,15 +381,21 @@ class BundleAdjuster::Problem {
     return frames_.emplace(id, frame).first->second;
   }
 
+  // Returns how many keyframes of the adjustment observe a landmark.
+  std::ptrdiff_t NumObservers(const auto& landmark) const {
+    return std::ranges::count_if(landmark.observations,
+                                 [&](const Observation& o) { return poses_.contains(o.keyframe); });
+  }
+
   // Adds a landmark that `keyframe` observes, and its observations. One observation alone is met
   // exactly by a landmark at the right place, however its keyframe moves, and so constrains
-  // nothing: this landmark moves with the keyframe. (A third to a half of all: new ones.)
+  // nothing: a point that is there moves with the keyframe. (A third to a half of all: new ones.)
+  // With the paper's weights many steps fail, and the damping of these points shortens them.
   template <class Landmark>
   void AddLandmark(const Map& map, const KeyFrame& keyframe, const Landmark& landmark) {
     using Traits = LandmarkTraits<Landmark>;
-    const auto observers = std::ranges::count_if(
-        landmark.observations, [&](const Observation& o) { return poses_.contains(o.keyframe); });
-    if (observers == 1) {
+    const bool damps = model_.options().weighting == Weighting::kPaper;
+    if (kStartsAsObserved<Landmark> && !damps && NumObservers(landmark) == 1) {
       PartOf<Landmark>(carried_).push_back(
           {landmark.id, keyframe.id, keyframe.T_WC.Inverse() * Traits::PositionOf(landmark)});
       return;

@@ -37,6 +37,13 @@ bool IsInDomain(const Eigen::Vector3d& p_W, const PointFeature& feature, const P
 bool IsInDomain(const OrthonormalLine& line_W, const LineFeature& feature, const Pose& T_CW,
                 const RgbdProjection& projection);
 
+// Whether a new landmark is where its only observation has it. A line starts from a fit of its
+// depth, which an adjustment moves to where the image has it.
+template <class Landmark>
+inline constexpr bool kStartsAsObserved = false;
+template <>
+inline constexpr bool kStartsAsObserved<MapPoint> = true;
+
 // Returns the Huber threshold of the rows of a kind in an adjustment.
 template <class Landmark>
 double HuberThreshold(const BundleAdjustmentOptions& options) = delete;

@@ -22,9 +22,13 @@ WholeImageSource::WholeImageSource(const MapMatcher& matcher, const TrackerOptio
 bool WholeImageSource::IsDue(const TrackingQuery& query, const PoseSearch& so_far) const {
   // The whole image determines the pose only if most of it is static.
   constexpr double kMost = 0.5;
-  // Fewer landmarks than this hold a pose worse than the grey levels of the whole image do.
+  // Fewer landmarks than this, and a smaller share of those in view, hold a pose worse than the
+  // grey levels of the whole image do. A map of few landmarks that are found, as of lines alone,
+  // holds it.
   constexpr int kFew = 130;
-  const bool scarce = !so_far.best || so_far.best->Support() < kFew;
+  constexpr double kSmallShare = 0.2;
+  const auto& best = so_far.best;
+  const bool scarce = !best || (best->Support() < kFew && best->frame.found < kSmallShare);
   return scarce && state_.last && query.prediction == nullptr &&
          so_far.diagnostics.masked_share < kMost && options_.direct.enabled;
 }

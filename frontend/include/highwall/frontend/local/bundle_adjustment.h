@@ -14,7 +14,7 @@ namespace [[gnu::visibility("default")]] highwall {
 
 // Minimizes the reprojection errors of `free` and `fixed` over the keyframes of `free` and every
 // point and line that they observe, and removes the observations that remain outliers. Lines use
-// the orthonormal form and keep their ends where they were observed. A landmark that only one of
+// the orthonormal form and keep their ends where they were observed. A point that only one of
 // the keyframes observes constrains nothing and keeps its place relative to that one. If the map
 // knows gravity, the IMU between keyframes takes part, with their velocities and biases as
 // unknowns, which are written to the map, and gravity's direction, which is written if `fixed` is
