@@ -21,7 +21,7 @@ constexpr double kLeastSentinels = 0.01;  // share of the pixels
 constexpr double kMostBetween = 0.02;
 
 // Readings next to those of the commonest value, at least, and the share of them within 5 % of it.
-// A surface goes on beside its commonest reading; what stands for no reading ends anywhere.
+// A surface continues beside its commonest reading; what stands for no reading ends anywhere.
 constexpr int kFewestBeside = 20;
 constexpr double kBeside = 0.05, kMostBeside = 0.3;
 
