@@ -223,7 +223,6 @@ TEST(DepthCheck, FindsDepthThatIsNotRegistered) {
   ExpectFound(Shift(0, -12), SensorFault::kDepthUnregistered, "px above colour");
 }
 
-// A range that nearly all readings miss, and would not with the other factor.
 TEST(DepthCheck, FindsDepthOfAnotherFieldOfView) {
   ExpectFound(View(0.6), SensorFault::kDepthUnregistered, "about 0.6");
   ExpectFound(View(0.85), SensorFault::kDepthUnregistered, "about 0.8");
@@ -231,6 +230,7 @@ TEST(DepthCheck, FindsDepthOfAnotherFieldOfView) {
   ExpectNothing(View(0.98));
 }
 
+// A range that nearly all readings miss, and would not with the other factor.
 TEST(DepthCheck, FindsADepthFactorByTheRangeOfTheSensor) {
   RgbdSensor sensor = Sensor();
   sensor.min_depth = 0.4;
