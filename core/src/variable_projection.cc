@@ -139,6 +139,7 @@ void VariableProjection::LayOut(const LandmarkProblem::Landmark& landmark) {
   Grow(&memory_.of_landmark, all_rows * size);
   Grow(&memory_.weights, landmark.end_factor - landmark.first_factor);
   Grow(&memory_.tangent, all_rows * coupled);
+  Grow(&memory_.weighted, all_rows * coupled);
   Grow(&memory_.coupling, size * coupled);
   Grow(&memory_.landmark_plus, size * size);
   Grow(&memory_.tried, size);
@@ -364,26 +365,31 @@ bool VariableProjection::Linearize(const LandmarkProblem::Landmark& landmark, co
     if (memory_.begins) memory_.silent[f] = silent;
     if ((silent & ~memory_.silent[f]) != 0) return Fail(factor);
     const int rows = factor.cost->num_residuals();
-    MutableRows<kDim> J(tangent, rows, dim);
-    const ConstRows<Eigen::Dynamic> J_ambient(ambient, rows, size);
-    if (manifold != nullptr) {
-      J.noalias() = J_ambient.lazyProduct(ConstRows<kDim>(plus, size, dim));
-    } else {
-      J = J_ambient;
-    }
-    const Eigen::Map<const Eigen::VectorXd> r(numbers, rows);
-    double rho[3] = {r.squaredNorm(), 1.0, 0.0};
-    if (factor.loss != nullptr) factor.loss->Evaluate(rho[0], rho);
-    const double weight = std::max(0.0, rho[1]);
-    memory_.weights[f - landmark.first_factor] = weight;
+    double rho[3] = {0.0, 1.0, 0.0};
+    const bool finite = WithRows(rows, [&](auto constant) {
+      constexpr int kRows = constant;
+      MutableRows<kDim, kRows> J(tangent, rows, dim);
+      const ConstRows<kDim> to_tangent(plus, size, dim);
+      if (manifold != nullptr) {
+        J.noalias() = ConstRows<Eigen::Dynamic, kRows>(ambient, rows, size).lazyProduct(to_tangent);
+      } else {
+        J = ConstRows<kDim, kRows>(ambient, rows, dim);
+      }
+      const Eigen::Map<const Eigen::Matrix<double, kRows, 1>> r(numbers, rows);
+      rho[0] = r.squaredNorm();
+      if (factor.loss != nullptr) factor.loss->Evaluate(rho[0], rho);
+      const double weight = std::max(0.0, rho[1]);
+      memory_.weights[f - landmark.first_factor] = weight;
+      for (int i = 0; i < rows; ++i) {
+        const Eigen::Matrix<double, kDim, 1> j = weight * J.row(i).transpose();
+        normal->H.noalias() += j * J.row(i);
+        normal->g.noalias() += r[i] * j;
+      }
+      return std::isfinite(rho[0] + weight * J.squaredNorm());
+    });
+    if (!finite) return Fail(factor);
     normal->cost += rho[0];
     convex = convex || rho[2] > 0.0;
-    if (!std::isfinite(rho[0] + weight * J.squaredNorm())) return Fail(factor);
-    for (int i = 0; i < rows; ++i) {
-      const Eigen::Matrix<double, kDim, 1> j = weight * J.row(i).transpose();
-      normal->H.noalias() += j * J.row(i);
-      normal->g.noalias() += r[i] * j;
-    }
     numbers += NumbersOf(*factor.cost);
     tangent += rows * dim;
   }
@@ -435,22 +441,27 @@ void VariableProjection::Accumulate(std::size_t index) const {
   for (std::size_t f = landmark.first_factor; f < landmark.end_factor; ++f) {
     const LandmarkProblem::Factor& factor = problem_.factors[f];
     const int rows = factor.cost->num_residuals();
-    const ConstRows<kDim> J(of_landmark, rows, dim);
-    AccumulateFactor<kDim>(memory_.layouts[index].coupled, factor,
-                           memory_.weights[f - landmark.first_factor], numbers, J);
+    WithRows(rows, [&](auto constant) {
+      constexpr int kRows = constant;
+      const ConstRows<kDim, kRows> J(of_landmark, rows, dim);
+      AccumulateFactor<kDim, kRows>(memory_.layouts[index].coupled, factor,
+                                    memory_.weights[f - landmark.first_factor], numbers, J);
+    });
     numbers += NumbersOf(*factor.cost);
     of_landmark += rows * dim;
   }
 }
 
-template <int kDim>
+template <int kDim, int kRows>
 void VariableProjection::AccumulateFactor(int coupled, const LandmarkProblem::Factor& factor,
                                           double weight, const double* numbers,
-                                          const ConstRows<kDim>& J_landmark) const {
+                                          const ConstRows<kDim, kRows>& J_landmark) const {
   const std::vector<int>& sizes = factor.cost->parameter_block_sizes();
-  const Eigen::Index rows = factor.cost->num_residuals(), dim = J_landmark.cols();
+  const Eigen::Index rows = J_landmark.rows(), dim = J_landmark.cols();
+  const Eigen::Map<const Eigen::Matrix<double, kRows, 1>> r(numbers, rows);
   const double* ambient = numbers + rows;
   double* tangent = memory_.tangent.data();
+  double* weighted = memory_.weighted.data();
   Eigen::Map<Eigen::Matrix<double, kDim, Eigen::Dynamic>> E(memory_.coupling.data(), dim, coupled);
   for (std::size_t i = 0; i < sizes.size(); ambient += rows * sizes[i], ++i) {
     const std::size_t a = factor.first_argument + i;
@@ -460,20 +471,16 @@ void VariableProjection::AccumulateFactor(int coupled, const LandmarkProblem::Fa
     memory_.jacobians[i] = tangent;
     WithSize(dims, [&](auto size) {
       constexpr int kTangent = size;
-      ToTangent<kTangent>(unknown, ambient, rows, tangent);
-      const ConstRows<kTangent> J(tangent, rows, dims);
-      auto E_a = E.template middleCols<kTangent>(memory_.column_of[a], dims);
+      MutableRows<kTangent, kRows> J(tangent, rows, dims), J_weighted(weighted, rows, dims);
+      ToTangent<kTangent, kRows>(unknown, ambient, &J);
+      J_weighted = weight * J;
+      const int column = memory_.column_of[a];
+      AddProduct<kDim, kTangent>(J_landmark, J_weighted, 0, column, &E);
       auto g_a = memory_.trial.g.template segment<kTangent>(memory_.column[unknown], dims);
-      for (Eigen::Index row = 0; row < rows; ++row) {
-        for (Eigen::Index column = 0; column < E_a.cols(); ++column) {
-          const double j = weight * J(row, column);
-          E_a.col(column) += J_landmark.row(row).transpose() * j;
-          g_a[column] += numbers[row] * j;
-        }
-      }
+      for (Eigen::Index row = 0; row < rows; ++row) g_a += r[row] * J_weighted.row(row).transpose();
       for (std::size_t k = 0; k <= i; ++k) {
         const int other = problem_.arguments[factor.first_argument + k].unknown;
-        if (other >= 0) AddPair<kTangent>(weight, rows, i, unknown, k, Index(other));
+        if (other >= 0) AddPair<kTangent, kRows>(J_weighted, unknown, k, Index(other));
       }
     });
     tangent += rows * dims;
@@ -481,36 +488,36 @@ void VariableProjection::AccumulateFactor(int coupled, const LandmarkProblem::Fa
 }
 
 // Converts the Jacobian with respect to an unknown to its tangent space.
-template <int kTangent>
-void VariableProjection::ToTangent(std::size_t unknown, const double* ambient, Eigen::Index rows,
-                                   double* tangent) const {
+template <int kTangent, int kRows>
+void VariableProjection::ToTangent(std::size_t unknown, const double* ambient,
+                                   MutableRows<kTangent, kRows>* J) const {
   const LandmarkProblem::Block& block = problem_.unknowns[unknown];
   const double* const plus = memory_.plus[unknown].data();
-  MutableRows<kTangent> J(tangent, rows, block.tangent_size);
-  if (kTangent == 6 && block.size == 7) {
-    J.noalias() = ConstRows<7>(ambient, rows, 7).lazyProduct(ConstRows<kTangent, 7>(plus, 7, 6));
+  if (block.manifold == nullptr) {
+    *J = ConstRows<kTangent, kRows>(ambient, J->rows(), J->cols());
+  } else if (kTangent == 6 && block.size == 7) {
+    J->noalias() = ConstRows<7, kRows>(ambient, J->rows(), 7)
+                       .lazyProduct(ConstRows<kTangent, 7>(plus, 7, J->cols()));
   } else {
-    J.noalias() = ConstRows<Eigen::Dynamic>(ambient, rows, block.size)
-                      .lazyProduct(ConstRows<kTangent>(plus, block.size, block.tangent_size));
+    J->noalias() = ConstRows<Eigen::Dynamic, kRows>(ambient, J->rows(), block.size)
+                       .lazyProduct(ConstRows<kTangent>(plus, block.size, J->cols()));
   }
 }
 
-// Adds the block of H for arguments i and k of the factor, which are these unknowns.
-template <int kTangent>
-void VariableProjection::AddPair(double weight, Eigen::Index rows, std::size_t i,
-                                 std::size_t unknown, std::size_t k, std::size_t other) const {
-  const int dims = problem_.unknowns[unknown].tangent_size;
-  const int other_dims = problem_.unknowns[other].tangent_size;
-  const ConstRows<kTangent> J(memory_.jacobians[i], rows, dims);
-  WithSize(other_dims, [&](auto other_size) {
-    constexpr int kOther = other_size;
-    const ConstRows<kOther> J_other(memory_.jacobians[k], rows, other_dims);
+// Adds the block of H for argument k of a factor, which is the unknown `other`, and one whose
+// weighted Jacobian is J.
+template <int kTangent, int kRows>
+void VariableProjection::AddPair(const MutableRows<kTangent, kRows>& J, std::size_t unknown,
+                                 std::size_t k, std::size_t other) const {
+  const int dims = problem_.unknowns[other].tangent_size;
+  WithSize(dims, [&](auto size) {
+    constexpr int kOther = size;
+    const ConstRows<kOther, kRows> J_other(memory_.jacobians[k], J.rows(), dims);
+    const int column = memory_.column[unknown], other_column = memory_.column[other];
     if (other <= unknown) {
-      AddProduct<kOther, kTangent>(weight, J_other, J, memory_.column[other],
-                                   memory_.column[unknown], &memory_.trial.H);
+      AddProduct<kOther, kTangent>(J_other, J, other_column, column, &memory_.trial.H);
     } else {
-      AddProduct<kTangent, kOther>(weight, J, J_other, memory_.column[unknown],
-                                   memory_.column[other], &memory_.trial.H);
+      AddProduct<kTangent, kOther>(J, J_other, column, other_column, &memory_.trial.H);
     }
   });
 }

@@ -61,8 +61,8 @@ class VariableProjection final : public ceres::CostFunction {
   using Matrix = Eigen::Matrix<double, kRows, kDim, kDim == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
   template <int kDim, int kRows = Eigen::Dynamic>
   using ConstRows = Eigen::Map<const Matrix<kDim, kRows>>;
-  template <int kDim>
-  using MutableRows = Eigen::Map<Matrix<kDim>>;
+  template <int kDim, int kRows = Eigen::Dynamic>
+  using MutableRows = Eigen::Map<Matrix<kDim, kRows>>;
 
   void LayOut(const LandmarkProblem::Landmark& landmark);
   template <class State>
@@ -89,14 +89,14 @@ class VariableProjection final : public ceres::CostFunction {
                                double* out) const;
   template <int kDim>
   void Accumulate(std::size_t index) const;
-  template <int kDim>
+  template <int kDim, int kRows>
   void AccumulateFactor(int coupled, const LandmarkProblem::Factor& factor, double weight,
-                        const double* numbers, const ConstRows<kDim>& J_landmark) const;
-  template <int kTangent>
-  void ToTangent(std::size_t unknown, const double* ambient, Eigen::Index rows,
-                 double* tangent) const;
-  template <int kTangent>
-  void AddPair(double weight, Eigen::Index rows, std::size_t i, std::size_t unknown, std::size_t k,
+                        const double* numbers, const ConstRows<kDim, kRows>& J_landmark) const;
+  template <int kTangent, int kRows>
+  void ToTangent(std::size_t unknown, const double* ambient,
+                 MutableRows<kTangent, kRows>* J) const;
+  template <int kTangent, int kRows>
+  void AddPair(const MutableRows<kTangent, kRows>& J, std::size_t unknown, std::size_t k,
                std::size_t other) const;
   template <int kDim>
   void Eliminate(std::size_t index, const LandmarkNormal<kDim>& normal) const;
@@ -166,7 +166,8 @@ struct VariableProjection::Memory {
   std::vector<double> landmark_plus;
   std::vector<double> tried;  // value
   // Of the current factor.
-  std::vector<double> tangent;  // Jacobians with respect to its unknowns, one by one
+  std::vector<double> tangent;   // Jacobians with respect to its unknowns, one by one
+  std::vector<double> weighted;  // the last of them, times the weight
   std::vector<const double*> parameters;
   std::vector<double*> jacobians;
 };
