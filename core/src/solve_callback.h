@@ -21,19 +21,21 @@ class SolveCallback final : public ceres::IterationCallback {
     if (faults_.must_stop) return ceres::SOLVER_ABORT;
     if (options_.on_iteration) options_.on_iteration(iteration.iteration, iteration.cost);
     const bool stop = options_.stop != nullptr && options_.stop->load(std::memory_order_relaxed);
-    converged_ = !stop && projected_ != nullptr && IsLast(iteration) &&
-                 projected_->LandmarksRest(options_.function_tolerance);
+    converged_ = !stop && projected_ != nullptr && iteration.iteration > 0 &&
+                 iteration.step_is_successful && HasConverged(iteration);
     return stop || converged_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
   bool converged() const { return converged_; }
 
  private:
-  // Tests the predicted decrease of the step: the actual decrease tested by Ceres also contains the
-  // decrease by steps of the landmarks alone, mostly new ones, and would require one more step.
-  bool IsLast(const ceres::IterationSummary& iteration) const {
-    return iteration.iteration > 0 && iteration.step_is_successful &&
-           iteration.cost_change <=
-               iteration.relative_decrease * options_.function_tolerance * iteration.cost;
+  // Tests the predicted decrease of the next step or, if that is unknown, of the last one: the
+  // actual decrease tested by Ceres also contains the decrease by steps of the landmarks alone,
+  // mostly new ones, and would require another step.
+  bool HasConverged(const ceres::IterationSummary& iteration) const {
+    const double tolerance = options_.function_tolerance;
+    if (projected_->Rests(tolerance)) return true;
+    return projected_->LandmarksRest(tolerance) &&
+           iteration.cost_change <= iteration.relative_decrease * tolerance * iteration.cost;
   }
 
   const SolveOptions& options_;

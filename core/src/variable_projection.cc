@@ -271,7 +271,7 @@ bool VariableProjection::FitLandmark(std::size_t index, double* value,
   if (!followed || (memory_.trials > 1 && normal->cost > memory_.accepted.costs[index])) {
     if (!Stay<kDim>(index, value, followed, normal)) return false;
   }
-  if (damping_ > 0.0 && followed) return true;
+  if (damping_ > 0.0 && followed) return Settle<kDim>(landmark, value, &damping, normal);
   return Descend<kDim>(landmark, value, normal);
 }
 
@@ -294,6 +294,31 @@ bool VariableProjection::Stay(std::size_t index, double* value, bool followed,
   }
   damping = damping_if_followed;
   return Linearize<kDim>(landmark, value, damping, normal);
+}
+
+// Further steps of a damped landmark that is far from its minimum, mostly a new one. Few are, and
+// in another iteration all others would be evaluated again for them. A failure increases the
+// damping.
+template <int kDim>
+bool VariableProjection::Settle(const LandmarkProblem::Landmark& landmark, double* value,
+                                double* damping, LandmarkNormal<kDim>* normal) const {
+  const double worth =
+      kWorthAStep * memory_.accepted.cost / static_cast<double>(problem_.landmarks.size());
+  double* const tried = memory_.tried.data();
+  for (int step = 0; step < kMaxSteps && normal->Gain() > worth; ++step) {
+    const double cost = normal->cost;
+    const Eigen::Matrix<double, kDim, 1> delta = -normal->u;
+    if (!Plus(landmark.block, value, delta.data(), tried)) return false;
+    const double less = std::max(damping_, kAfterSuccess * *damping);
+    if (Linearize<kDim>(landmark, tried, less, normal) && normal->cost < cost) {
+      std::copy_n(tried, landmark.block.size, value);
+      *damping = less;
+      continue;
+    }
+    *damping *= kAfterFailure;
+    if (!Linearize<kDim>(landmark, value, *damping, normal)) return false;
+  }
+  return true;
 }
 
 // Gauss-Newton steps of the landmark alone, shortened if they increase the cost.
@@ -578,7 +603,8 @@ void VariableProjection::WriteRows(double* residuals, double** jacobians) const 
     r[i] = root > 0.0 ? r[i] / root : 0.0;
   }
   Eigen::Map<Eigen::VectorXd>(residuals, n) = r;
-  residuals[n] = std::sqrt(std::max(0.0, memory_.accepted.cost - r.squaredNorm()));
+  memory_.decrease = r.squaredNorm();
+  residuals[n] = std::sqrt(std::max(0.0, memory_.accepted.cost - memory_.decrease));
   for (std::size_t i = 0; i < memory_.place.size(); ++i) {
     if (jacobians[i] == nullptr) continue;
     const LandmarkProblem::Block& block = problem_.unknowns[i];

@@ -21,9 +21,10 @@ namespace highwall::internal {
 // so that a solver without the landmarks takes the same steps as one with them. The last residual
 // is the part that no step of the unknowns can change; its Jacobian is zero.
 //
-// With damping each landmark instead takes one step per x, that of the joint linear system, with
-// its diagonal increased by this fraction: then H is the Schur complement of the damped landmarks.
-// A landmark whose step fails is damped more, by itself, until its steps succeed again.
+// With damping each landmark instead takes the step of the joint linear system, with its diagonal
+// increased by this fraction, and damped steps of its own only if it is then far from its minimum:
+// H is the Schur complement of the damped landmarks. A landmark whose step fails is damped more, by
+// itself, until its steps succeed again.
 //
 // Landmarks start from their values at the x of the last evaluation with Jacobians, so the result
 // of Evaluate() depends on earlier calls: for one solver, on one thread. Losses must be concave
@@ -54,6 +55,9 @@ class VariableProjection final : public ceres::CostFunction {
   // Whether steps of the landmarks alone are predicted to decrease the cost by at most this
   // fraction of it, after the last evaluation with Jacobians; always true without damping.
   bool LandmarksRest(double fraction) const;
+  // Whether the next step of the unknowns, without damping, is predicted to decrease the cost of
+  // the landmarks' factors by at most this fraction of it.
+  bool UnknownsRest(double fraction) const;
 
  private:
   // Row-major matrix with kDim columns, as in Ceres, of fixed or dynamic size.
@@ -74,6 +78,9 @@ class VariableProjection final : public ceres::CostFunction {
   template <int kDim>
   bool FitLandmark(std::size_t index, double* value, LandmarkNormal<kDim>* normal) const;
   template <int kDim>
+  bool Settle(const LandmarkProblem::Landmark& landmark, double* value, double* damping,
+              LandmarkNormal<kDim>* normal) const;
+  template <int kDim>
   bool Descend(const LandmarkProblem::Landmark& landmark, double* value,
                LandmarkNormal<kDim>* normal) const;
   template <int kDim>
@@ -93,8 +100,7 @@ class VariableProjection final : public ceres::CostFunction {
   void AccumulateFactor(int coupled, const LandmarkProblem::Factor& factor, double weight,
                         const double* numbers, const ConstRows<kDim, kRows>& J_landmark) const;
   template <int kTangent, int kRows>
-  void ToTangent(std::size_t unknown, const double* ambient,
-                 MutableRows<kTangent, kRows>* J) const;
+  void ToTangent(std::size_t unknown, const double* ambient, MutableRows<kTangent, kRows>* J) const;
   template <int kTangent, int kRows>
   void AddPair(const MutableRows<kTangent, kRows>& J, std::size_t unknown, std::size_t k,
                std::size_t other) const;
@@ -151,7 +157,8 @@ struct VariableProjection::Memory {
   std::vector<std::size_t> place;  // of each unknown in State::x
   // The current state of Ceres, and the trial of its next step.
   State accepted, trial;
-  int trials = 0;  // from the accepted state
+  int trials = 0;         // from the accepted state
+  double decrease = 0.0;  // of the accepted state's cost, predicted for the next step
   // For each factor SilentRows() at the start of the solve; whether the solve is starting.
   std::vector<std::uint64_t> silent;
   bool begins = false;
@@ -174,6 +181,10 @@ struct VariableProjection::Memory {
 
 inline bool VariableProjection::LandmarksRest(double fraction) const {
   return damping_ == 0.0 || memory_.accepted.gain <= fraction * memory_.accepted.cost;
+}
+
+inline bool VariableProjection::UnknownsRest(double fraction) const {
+  return memory_.decrease <= fraction * memory_.accepted.cost;
 }
 
 }  // namespace highwall::internal

@@ -296,6 +296,15 @@ TEST(VariableProjection, HasTheCostTheGradientAndTheSchurComplementOfItsFactors)
 // With the landmarks' damping alone: that of Ceres is 1e-12 of the reduced diagonal here.
 TEST(VariableProjection, CompactSchurTakesTheStepsOfDenseSchur) {
   Bundle expected(7, 0.05, true), bundle(7, 0.05, true);
+  for (Bundle* const each : {&expected, &bundle}) {
+    // Beside the cost of this landmark no other is far from its minimum and takes further steps.
+    const auto fixed = each->graph.AddVariable(Pose());
+    each->graph.Fix(fixed);
+    const auto doubtful = each->graph.AddLandmark(Point(0, 0, 2));
+    for (const double x : {-100.0, 100.0}) {
+      each->graph.AddFactor(MakeObservation({x, 0, 2}), fixed, doubtful);
+    }
+  }
   SolveOptions options{.max_iterations = 3,
                        .function_tolerance = 0.0,
                        .initial_trust_region_radius = 1e12,

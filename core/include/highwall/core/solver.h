@@ -15,16 +15,18 @@ enum class LinearSolver {
   kSparseSchur,
   // As kDenseSchur, with the landmarks eliminated one by one in blocks of fixed size, without any
   // object of Ceres for a landmark: less overhead in a bundle adjustment of a few iterations. The
-  // landmarks keep the damping of the first step, and a higher one after a step that failed, so
-  // that some that start far from the minimum take more iterations than with kDenseSchur, with
-  // which it continues if the poses converge before the landmarks do. One thread; losses must be
-  // concave. Same as kAuto if there are no landmarks, or if the other variables have more than 400
-  // tangent dimensions (66 poses).
+  // landmarks keep the damping of the first step, and a higher one after a step that failed; those
+  // far from their minimum take further damped steps in each iteration. Also terminates when the
+  // predicted decrease of the next step is below the tolerance, and continues with kDenseSchur if
+  // the poses converge before the landmarks do. One thread; losses must be concave. Same as kAuto
+  // if there are no landmarks, or if the other variables have more than 400 tangent dimensions (66
+  // poses).
   kCompactSchur,
   // Variable projection: at each step the landmarks are re-estimated after the other variables and
   // eliminated one by one in blocks of fixed size: least overhead in windows of about 20 poses.
-  // Also terminates when the predicted decrease of a step is below the tolerance. One thread;
-  // losses must be concave (rho'' <= 0). Same as kAuto if there are no landmarks.
+  // Also terminates when the predicted decrease of the next step is below the tolerance (of the
+  // last one, with factors that do not depend on a landmark). One thread; losses must be concave
+  // (rho'' <= 0). Same as kAuto if there are no landmarks.
   kVariableProjection,
 };
 
