@@ -146,6 +146,44 @@ TEST(FrameTrajectories, SmoothingAgainStartsFromTheMeasuredPoses) {
   ExpectNear(worlds.Of(0), SmoothPoses(measured));
 }
 
+// From frame 20 to 39 each second image repeats the one before, and the others are late by one.
+TEST(FrameTrajectories, PosesOfLateImagesHoldTheTrajectoryAtTheirTime) {
+  constexpr Stamp kInterval = 33'000'000;
+  constexpr double kFar = 0.01;  // [m] of an extrapolated pose
+  Map map;
+  const auto features = std::make_shared<const FrameFeatures>();
+  const KeyFrameId keyframe = map.AddKeyFrame({0, 0, features}, Pose(), kFirstSubmap).id;
+  const auto truth = [](double i) { return Pose::FromTangent({0.01 * i, 0, 0}, {0, 0.01 * i, 0}); };
+  std::mt19937 rng(5);
+  FrameTrajectories trajectories;
+  for (int i = 0; i < 60; ++i) {
+    const bool is_dark = i >= 20 && i < 40, is_repeated = is_dark && i % 2 == 1;
+    const Pose noise = Pose::FromTangent(Random(rng, 2e-4), Random(rng, 2e-4));
+    PosedFrame frame{.stamp = i * kInterval,
+                     .pose = AnchoredPose::At(map, keyframe, truth(i) * noise),
+                     .information = 1e8F * ImageInformation::Identity()};
+    if (is_dark) {
+      frame.pose = AnchoredPose::At(map, keyframe, truth(i) * Pose::FromTangent({0, kFar, 0}, {}));
+      frame.information = ImageInformation::Zero();
+    }
+    if (is_dark && !is_repeated) {
+      frame.delay = kInterval;
+      frame.by_image = AnchoredPose::At(map, keyframe, truth(i - 1) * noise);
+      frame.information = 1e8F * ImageInformation::Identity();
+    }
+    trajectories.Add(frame, kFirstSubmap);
+  }
+  trajectories.Smooth(map, std::nullopt);
+  const Trajectory frames = trajectories.ByWorld(map).front().frames;
+  ASSERT_EQ(frames.size(), 60u);
+  for (int i = 0; i < 60; ++i) {
+    const StampedPose& frame = frames[static_cast<std::size_t>(i)];
+    EXPECT_EQ(frame.stamp, i * kInterval);
+    // Five standard deviations of an image's noise; without its time an image is 10 mm off.
+    EXPECT_LT((frame.pose.p() - truth(i).p()).norm(), 1e-3) << i;
+  }
+}
+
 TEST(FrameTrajectories, SmoothedPosesFollowTheirKeyframes) {
   TwoWorlds worlds;
   worlds.trajectories.Smooth(worlds.map, std::nullopt);

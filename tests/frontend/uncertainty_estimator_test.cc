@@ -57,6 +57,16 @@ TEST(UncertaintyEstimator, LandmarksOfOneObservationDoubleTheCovariance) {
   EXPECT_NEAR(frame.in_keyframe(5, 5), 6e-6, 1e-10);
 }
 
+TEST(UncertaintyEstimator, APosePredictedFromALateImageKnowsLessThanTheImage) {
+  UncertaintyEstimator estimator({});
+  estimator.OfOrigin(0);
+  const PoseUncertainty image = estimator.OfImage(kFrame, At({}), Good());
+  const PoseUncertainty later = UncertaintyEstimator::Predicted(image, 0.1);
+  // 3 m/s^2 over 0.1 s, and the millimetre of the image.
+  EXPECT_NEAR(later.in_keyframe(0, 0), 1e-6 + 9e-4, 1e-14);
+  EXPECT_NEAR(later.in_map(0, 0), 1e-6 + 9e-4, 1e-14);
+}
+
 TEST(UncertaintyEstimator, GrowsWhileImagesHoldNothing) {
   UncertaintyEstimator estimator({});
   double last = estimator.OfImage(0, At({}), Good()).in_keyframe.trace();

@@ -41,7 +41,7 @@ void ColourDelay::Apply(bool repeated, const Twist& motion, RgbdImage* image) {
   Remember(*image);
   if (repeated) return;
   late_ = Find(*image, motion);
-  delay_ = late_ > 0 ? Age(late_) : 0.0;
+  delay_ = late_ > 0 ? Age(late_) : 0;
   repeated_ = 0;
   reference_stamp_ = image->stamp;
   if (late_ == 0) return;
@@ -61,7 +61,7 @@ void ColourDelay::Remember(const RgbdImage& image) {
                       .depth = image.depth.clone(),
                       .depth_stamp = image.depth_stamp,
                       .noise_factor = image.noise_factor.clone()});
-  while (newest_.size() > kLatest + 1 || Age(newest_.size() - 1) > kOldest) newest_.pop_back();
+  while (newest_.size() > kLatest + 1 || ToSeconds(Age(newest_.size() - 1)) > kOldest) newest_.pop_back();
 }
 
 void ColourDelay::SetReference(std::shared_ptr<const FrameFeatures> features) {
@@ -101,11 +101,11 @@ std::size_t ColourDelay::Find(const RgbdImage& image, const Twist& motion) const
 double ColourDelay::Shift(const Twist& motion) const {
   const double depth = MedianDepth(*reference_);
   if (!(depth > 0.0)) return 0.0;
-  return grid_.camera().fx * (motion.omega.norm() + motion.v.norm() / depth) * Age(1);
+  return grid_.camera().fx * (motion.omega.norm() + motion.v.norm() / depth) * ToSeconds(Age(1));
 }
 
-double ColourDelay::Age(std::size_t late) const {
-  return ToSeconds(newest_.front().stamp - newest_[late].stamp);
+Stamp ColourDelay::Age(std::size_t late) const {
+  return newest_.front().stamp - newest_[late].stamp;
 }
 
 std::optional<double> ColourDelay::Error(const cv::Mat& gray_grid, std::size_t late,
@@ -113,7 +113,7 @@ std::optional<double> ColourDelay::Error(const cv::Mat& gray_grid, std::size_t l
   FrameFeatures features;
   features.gray_grid = gray_grid;
   features.depth_grid = grid_.Sample(newest_[late].depth, sensor_.min_depth, sensor_.max_depth);
-  const double since = ToSeconds(newest_.front().stamp - reference_stamp_) - Age(late) + delay_;
+  const double since = ToSeconds(newest_.front().stamp - reference_stamp_ - Age(late) + delay_);
   const auto aligned = aligner_.Align(*reference_, reference_->depth_grid, Pose(), features,
                                       motion.Over(std::max(since, 0.0)));
   if (!aligned) return std::nullopt;

@@ -31,9 +31,8 @@ class ColourDelay {
   // Takes the features of the image that was given last to Apply(), and did not repeat another.
   void SetReference(std::shared_ptr<const FrameFeatures> features);
 
-  // Returns by how much [s] the colour of the last image that repeated none is older than its
-  // stamp.
-  double delay() const { return delay_; }
+  // Returns by how much the colour of the last image that repeated none is older than its stamp.
+  Stamp delay() const { return delay_; }
 
  private:
   // Remembers the depth of an image, if colour was repeated recently; its pixels are copied, since
@@ -47,8 +46,8 @@ class ColourDelay {
   std::size_t Find(const RgbdImage& image, const Twist& motion) const;
   // Returns how far [cells] the motion moves the scene from one depth image to the next.
   double Shift(const Twist& motion) const;
-  // Returns the time [s] from the depth image `late` images ago to the newest one.
-  double Age(std::size_t late) const;
+  // Returns the time from the depth image `late` images ago to the newest one.
+  Stamp Age(std::size_t late) const;
 
   const RgbdSensor sensor_;
   const DepthGrid& grid_;
@@ -59,7 +58,7 @@ class ColourDelay {
   std::size_t late_ = 0;      // [images] of the reference
   std::size_t repeated_ = 0;  // images since the reference
   Stamp repeated_at_ = 0;     // the last one
-  double delay_ = 0.0;
+  Stamp delay_ = 0;
 };
 
 }  // namespace highwall

@@ -12,9 +12,38 @@ namespace {
 MeasuredPose Measured(const PosedFrame& frame, const Map& map, const std::optional<Pose>& T_BC) {
   const Pose T_WC = frame.measured().T_WC(map);
   if (!T_BC || !frame.information) {
-    return {frame.stamp, T_BC ? T_WC * T_BC->Inverse() : T_WC, frame.information};
+    return {frame.measured_at(), T_BC ? T_WC * T_BC->Inverse() : T_WC, frame.information};
   }
-  return {frame.stamp, T_WC * T_BC->Inverse(), InformationOfBody(*frame.information, *T_BC)};
+  return {frame.measured_at(), T_WC * T_BC->Inverse(), InformationOfBody(*frame.information, *T_BC)};
+}
+
+// Returns the poses of the frames at `indices` by time: what images state, each at the time of its
+// image, and where the stamp of a late image is, a pose of which nothing is stated.
+std::vector<MeasuredPose> ByTime(const std::vector<PosedFrame>& frames,
+                                 const std::vector<std::size_t>& indices, const Map& map,
+                                 const std::optional<Pose>& T_BC) {
+  std::vector<MeasuredPose> poses;
+  poses.reserve(indices.size());
+  for (const std::size_t i : indices) {
+    const PosedFrame& frame = frames[i];
+    const bool follows = !poses.empty();
+    poses.push_back(Measured(frame, map, T_BC));
+    if (follows && frame.readings && frame.readings->before == poses.rbegin()[1].stamp) {
+      poses.back().readings = frame.readings;
+    }
+    if (frame.delay > 0) {
+      poses.push_back({frame.stamp, frame.pose.T_WC(map), ImageInformation::Zero()});
+    }
+  }
+  // At the time of a late image another frame, which repeats one, may have an extrapolated pose.
+  std::ranges::stable_sort(poses, {}, [](const MeasuredPose& pose) {
+    return std::pair(pose.stamp, pose.information && pose.information->isZero(0.0F));
+  });
+  const auto same_time = [](const MeasuredPose& a, const MeasuredPose& b) {
+    return a.stamp == b.stamp;
+  };
+  poses.erase(std::unique(poses.begin(), poses.end(), same_time), poses.end());
+  return poses;
 }
 
 }  // namespace
@@ -44,21 +73,14 @@ void FrameTrajectories::Smooth(const Map& map, const std::optional<Pose>& T_BC) 
                                 return frames_[i].readings != nullptr;
                               });
     const std::optional<Pose> T_body_C = has_readings ? T_BC : std::nullopt;
-    std::vector<MeasuredPose> measured;
-    measured.reserve(indices.size());
-    for (const std::size_t i : indices) {
-      const bool follows = !measured.empty();
-      measured.push_back(Measured(frames_[i], map, T_body_C));
-      const auto& readings = frames_[i].readings;
-      if (follows && readings && readings->before == measured.rbegin()[1].stamp) {
-        measured.back().readings = readings;
-      }
-    }
+    const std::vector<MeasuredPose> measured = ByTime(frames_, indices, map, T_body_C);
     const std::vector<std::optional<Pose>> T_WB = SmoothPoses(measured, gravity_W);
-    for (std::size_t k = 0; k < indices.size(); ++k) {
-      if (!T_WB[k]) continue;
-      AnchoredPose& pose = smoothed_[indices[k]];
-      pose = AnchoredPose::At(map, pose.reference, T_body_C ? *T_WB[k] * *T_body_C : *T_WB[k]);
+    for (const std::size_t i : indices) {
+      const auto at = std::ranges::lower_bound(measured, frames_[i].stamp, {}, &MeasuredPose::stamp);
+      const std::optional<Pose>& found = T_WB[static_cast<std::size_t>(at - measured.begin())];
+      if (!found) continue;
+      AnchoredPose& pose = smoothed_[i];
+      pose = AnchoredPose::At(map, pose.reference, T_body_C ? *found * *T_body_C : *found);
     }
   }
 }

@@ -206,7 +206,8 @@ Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
   result.times.lines = builder_times.lines;
   result.points = static_cast<int>(features->points.size());
   result.lines = static_cast<int>(features->lines.size());
-  return {next_index_++, image->stamp, features, DepthDelay(*image)};
+  // The frame is one of the time at which its colour was taken.
+  return {next_index_++, image->stamp - colour_delay_.delay(), features, DepthDelay(*image)};
 }
 
 TrackedFrame SlamSystem::Impl::Estimate(const Frame& frame, FrameResult& result) {
@@ -275,6 +276,8 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked,
   result.state = tracked.state;
   result.relocalized = tracked.relocalized;
   result.T_WC = tracked.T_WC;
+  const Stamp delay = result.stamp - tracked.frame.stamp;
+  if (delay > 0) result.T_WC = result.T_WC * tracker_.Motion(nullptr).Over(ToSeconds(delay));
   if (HasPose(tracked.state)) result.submap = map_.Root(submap_);
   result.matched_points = tracked.num_points;
   result.matched_lines = tracked.num_lines;
@@ -296,8 +299,12 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked,
   }
   lost_for_.reset();
   if (!inertial_ && !result.repeated) FollowSharpness(*tracked.frame.features);
-  PosedFrame posed{result.stamp, AnchoredPose::At(map_, tracked.reference, tracked.T_WC),
+  PosedFrame posed{result.stamp, AnchoredPose::At(map_, tracked.reference, result.T_WC),
                    information};
+  if (delay > 0) {
+    posed.by_image = AnchoredPose::At(map_, tracked.reference, tracked.T_WC);
+    posed.delay = delay;
+  }
   if (inertial_) {
     if (tracked.by_image) posed.by_image = image_pose_;
     posed.readings = ReadingsFromBefore();
@@ -324,11 +331,13 @@ std::optional<PoseUncertainty> SlamSystem::Impl::UncertaintyOf(const TrackedFram
     return uncertainty_.OfSmoother(
         stamp, pose, RotatedInformation(camera.covariance, camera.T_WC.R().transpose()));
   }
-  return uncertainty_.OfImage(
+  const PoseUncertainty of_image = uncertainty_.OfImage(
       stamp, pose,
       {.information_C = RotatedInformation(tracked.information, tracked.T_WC.R().transpose()),
        .error = tracked.error,
        .observers = MeanObservers(map_, tracked)});
+  const double delay = ToSeconds(result.stamp - stamp);
+  return delay > 0.0 ? UncertaintyEstimator::Predicted(of_image, delay) : of_image;
 }
 
 void SlamSystem::Impl::RefineFrames(FrameResult& result) {

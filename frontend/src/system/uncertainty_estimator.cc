@@ -77,6 +77,13 @@ PoseUncertainty UncertaintyEstimator::OfSmoother(Stamp stamp, const AnchoredPose
   return {pose.reference, covariance_C, InMap(pose.reference, pose.T_reference_C, covariance_C)};
 }
 
+PoseUncertainty UncertaintyEstimator::Predicted(PoseUncertainty now, double dt) {
+  const Covariance noise = PredictionNoise(dt);
+  now.in_keyframe += noise;
+  now.in_map += noise;
+  return now;
+}
+
 PoseUncertainty UncertaintyEstimator::OfOrigin(Stamp stamp) {
   measured_ = stamp;
   covariance_.setZero();

@@ -36,6 +36,8 @@ class UncertaintyEstimator {
   PoseUncertainty OfImage(Stamp stamp, const AnchoredPose& pose, const Image& image);
   // A frame whose pose the IMU determines as well. covariance_C: of the pose in the map around it.
   PoseUncertainty OfSmoother(Stamp stamp, const AnchoredPose& pose, const Covariance& covariance_C);
+  // Returns that of a pose which is predicted at constant velocity. now: of the pose dt [s] before.
+  static PoseUncertainty Predicted(PoseUncertainty now, double dt);
   // The frame that begins a map.
   PoseUncertainty OfOrigin(Stamp stamp);
 

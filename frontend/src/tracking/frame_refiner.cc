@@ -125,8 +125,10 @@ class FrameRefiner::Job {
 
   // Returns the mean twist; empty if the two frames are too far apart in time.
   static std::optional<Twist> MotionBetween(const Item& before, const Item& after) {
-    const double dt = ToSeconds(after.posed.stamp - before.posed.stamp);
-    if (before.root != after.root || dt > ConstantVelocity::kLongestPrediction) return std::nullopt;
+    const double dt = ToSeconds(after.posed.measured_at() - before.posed.measured_at());
+    if (before.root != after.root || !(dt > 0.0 && dt <= ConstantVelocity::kLongestPrediction)) {
+      return std::nullopt;
+    }
     return Twist::Between(before.frame.T_WC.Inverse() * after.frame.T_WC, dt);
   }
 

@@ -132,7 +132,7 @@ std::shared_ptr<const FrameFeatures> Select(const FrameFeatures& features, const
 // One image with its features.
 struct Frame {
   std::int64_t index = 0;  // counted from 0 over all frames given
-  Stamp stamp = 0;
+  Stamp stamp = 0;         // of its colour: where that is late, before the stamp of the image
   std::shared_ptr<const FrameFeatures> features;
   double depth_delay = 0.0;  // [s] by which the stamp of its depth image is later
 };

@@ -61,13 +61,17 @@ struct PosedFrame {
   // Of `by_image` where there is one, else of `pose`. Zero where the image states nothing; empty at
   // the beginning of a map, where the pose is known.
   std::optional<ImageInformation> information{};
-  // Where `pose` is fused with an IMU: that of the image alone, if it has one.
+  // Where `pose` is fused with an IMU, or its image was taken before the stamp: that of the image
+  // alone, if it has one.
   std::optional<AnchoredPose> by_image{};
   std::shared_ptr<const ReadingsBetween> readings{};  // since the frame before
+  Stamp delay = 0;  // of the colour: `by_image` is the pose so long before the stamp
 
   // Returns the pose that its image alone states, where there is one.
   AnchoredPose& measured() { return by_image ? *by_image : pose; }
   const AnchoredPose& measured() const { return by_image ? *by_image : pose; }
+  // Returns its time.
+  Stamp measured_at() const { return stamp - delay; }
 };
 
 }  // namespace highwall
