@@ -24,7 +24,7 @@ constexpr double kDistinct = 0.14;
 // [grey levels^2], [sigma^2] Errors below these are those of rounding.
 constexpr double kLeastGrey = 0.5, kLeastPlane = 0.05;
 // [cells] Motion between two depth images below which they are too alike to tell which one it is.
-constexpr double kLeastMotion = 0.4;
+constexpr double kLeastMotion = 1.0;
 // Readings on patches with an error of one sigma, which are added: few readings decide nothing.
 constexpr double kExpected = 10.0;
 
