@@ -99,6 +99,25 @@ TEST_F(BundleAdjustment, BringsKeyFramesAndLandmarksBackToTheTruth) {
   }
 }
 
+TEST_F(BundleAdjustment, AKeyFrameWithoutLandmarksIsHeldByItsWholeImage) {
+  const MeasurementModel on_body{IdealSensor(), {}, Pose::FromTangent({0.1, -0.2, 0}, {0.3, 0, 1})};
+  KeyFrame& keyframe = *map.keyframe(3_kf);
+  keyframe.image_motion = {.reference = 2_kf, .T_reference_C = kTruth[2].Inverse() * kTruth[3]};
+  keyframe.image_motion->sqrt_information.setIdentity();
+  const std::vector<PointId> points = keyframe.points;
+  const std::vector<LineId> lines = keyframe.lines;
+  for (const PointId id : points) {
+    if (id != kNoId) map.Forget(3_kf, id);
+  }
+  for (const LineId id : lines) {
+    if (id != kNoId) map.Forget(3_kf, id);
+  }
+  Perturb();
+  ASSERT_TRUE(AdjustBundle(map, on_body, rest, first, thorough).usable);
+  // As where landmarks hold all of them: the float pixels of segments.
+  ExpectPoses(1e-6);
+}
+
 TEST_F(BundleAdjustment, APointOfOneKeyFrameMovesWithItAndHoldsNothing) {
   // The first points keep only their observation by keyframe 2.
   Perturb();

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <highwall/frontend/map/anchored_pose.h>
+
 #include "painted_world.h"
 #include "tracker_fixture.h"
 
@@ -54,6 +56,14 @@ TEST_F(TrackerDirectTest, ASmearedImageIsHeldByAllOfIt) {
   ExpectAt(tracked, kNext, 0.005);
   EXPECT_EQ(tracked.num_points + tracked.num_lines, 0);
   EXPECT_GT(tracked.information.trace(), 0.0);
+  ASSERT_TRUE(tracked.image_motion);
+  const Pose T_WC = kStart * tracked.image_motion->T_reference_C;
+  EXPECT_LT(testing::PositionError(T_WC, tracked.T_WC), 1e-12);
+  // The information is that of the frame, along the axes of C.
+  const Eigen::Matrix<double, 6, 6>& W = tracked.image_motion->sqrt_information;
+  EXPECT_LT(
+      (InformationInCamera(tracked.information, T_WC).cast<double>() - W.transpose() * W).norm(),
+      1e-5 * tracked.information.norm());
 }
 
 TEST_F(TrackerDirectTest, WithoutItTheFrameIsLost) {

@@ -15,6 +15,7 @@
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/line3.h>
 #include <highwall/core/prior.h>
+#include <highwall/core/relative_pose.h>
 #include <highwall/factors/imu_factor.h>
 
 #include "local/landmark_kinds.h"
@@ -27,6 +28,7 @@ namespace {
 // odometry, whose estimate depends on the tilt of the adjusted map, the two would drift together.
 constexpr double kGravitySigma = 0.02;
 constexpr double kOfLinesAlone = 1e4;         // the largest trust region for a map without points
+constexpr double kMostOfImageMotion = 3.55;   // 95 % of chi-squared with 6 degrees of freedom
 constexpr double kMostForgotten = 1.0 / 3.0;  // of the observations, by one adjustment
 
 }  // namespace
@@ -144,6 +146,24 @@ class BundleAdjuster::Problem {
       if (!graph_.FaultOf(own_.back()).empty()) Exclude({own_.back()});
     }
     report_.user_factors = static_cast<int>(own_.size());
+  }
+
+  // Adds what whole images state about the motion to keyframes of `ids`.
+  void AddImageMotions(const Map& map, std::span<const KeyFrameId> ids) {
+    const auto loss = std::make_shared<ceres::HuberLoss>(kMostOfImageMotion);
+    for (const KeyFrameId id : ids) {
+      const std::optional<ImageMotion>& motion = map.keyframe(id)->image_motion;
+      const auto reference = poses_.find(motion ? motion->reference : kNoId);
+      if (reference == poses_.end()) continue;
+      const Variable<Pose> before = reference->second, after = poses_.at(id);
+      if (graph_.IsFixed(before) && graph_.IsFixed(after)) continue;
+      MapFactor between;  // of the cameras
+      between.poses = {{motion->reference, Pose()}, {id, Pose()}};
+      between.cost =
+          std::make_shared<RelativePose>(motion->T_reference_C, motion->sqrt_information);
+      graph_.AddFactorToBlocks(std::make_unique<AnchoredCost>(between, model_.T_BC()), loss,
+                               std::vector<VariableId>{before, after});
+    }
   }
 
   // Adds every landmark observed by a keyframe of `ids`.
@@ -451,6 +471,8 @@ BundleAdjuster::BundleAdjuster(const Map& map, const MeasurementModel& model,
   problem_->AddKeyFrames(map, moving, false);
   problem_->AddMotions(map, all);
   problem_->AddFactors(map, moving, all);
+  problem_->AddImageMotions(map, moving);
+  problem_->AddImageMotions(map, held);
   problem_->AddLandmarks(map, free);
 }
 

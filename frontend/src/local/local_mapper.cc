@@ -120,6 +120,7 @@ LocalMappingReport LocalMapper::InsertKeyFrame(const TrackedFrame& tracked, Map&
   KeyFrame& keyframe = map.AddKeyFrame(frame, tracked.T_WC, tracked.submap);
   keyframe.motion = std::move(motion);
   keyframe.found = tracked.found;
+  keyframe.image_motion = tracked.image_motion;
   keyframe.depth_grid = Standing(keyframe.depth_grid, tracked.moving);
   report.keyframe = newest_ = keyframe.id;
   ForEachKind([&]<class Landmark>() {

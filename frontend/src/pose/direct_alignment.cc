@@ -32,8 +32,10 @@ constexpr double kMinGreySigma = 2.0;
 constexpr double kMaxSigma = 0.05;   // [m] a pose whose worst direction exceeds this is rejected
 constexpr double kMinOverlap = 0.3;  // share of the frame's depth that the reference must see
 // Number of readings with common noise: the patches of 9 x 9 cells, at every second cell, overlap
-// twenty-fold.
+// twenty-fold. Grey levels are independent, but where much is hidden or outside of one view, the
+// outlines of what is not have common errors.
 constexpr double kSharedNoise = 20.0;
+constexpr double kMostSeen = 2.0 / 3.0;  // overlap of views in which little is hidden
 
 // Stage of the coarse-to-fine iteration: blur of the grey grids and gate of the surfaces, by the
 // remaining pose error.
@@ -233,8 +235,10 @@ class Alignment {
   int planes() const { return planes_; }
   double overlap() const { return overlap_; }
   double correlation() const { return likeness_.correlation; }
-  // In the tangent at T_RC, scaled by the actual residuals.
-  const Matrix6& information() const { return information_; }
+  // Of all readings on patches and of all grey levels, in the tangent at T_RC, scaled by the actual
+  // residuals.
+  const Matrix6& plane_information() const { return plane_information_; }
+  const Matrix6& grey_information() const { return grey_information_; }
 
  private:
   static constexpr int kMinPairs = 100;
@@ -303,9 +307,11 @@ class Alignment {
     Eigen::Matrix<double, Eigen::Dynamic, 6> J(problem.NumResiduals(), 6);
     problem(x.data(), r.data(), J.data());
     const double error = r.squaredNorm() / std::max(1, problem.NumResiduals() - 6);
-    information_ = J.transpose() * J / std::max(1.0, error);
-    plane_error_ = r.head(planes_).squaredNorm() / std::max(1, planes_);
     const auto greys = static_cast<int>(r.size()) - planes_;
+    const auto of_planes = J.topRows(planes_), of_greys = J.bottomRows(greys);
+    plane_information_ = of_planes.transpose() * of_planes / std::max(1.0, error);
+    grey_information_ = of_greys.transpose() * of_greys / std::max(1.0, error);
+    plane_error_ = r.head(planes_).squaredNorm() / std::max(1, planes_);
     grey_error_ = grey_sigma_ * grey_sigma_ * r.tail(greys).squaredNorm() / std::max(1, greys);
   }
 
@@ -321,7 +327,7 @@ class Alignment {
   double overlap_ = 0.0;
   double grey_sigma_ = kMinGreySigma;
   double plane_error_ = 0.0, grey_error_ = 0.0;
-  Matrix6 information_ = Matrix6::Zero();
+  Matrix6 plane_information_ = Matrix6::Zero(), grey_information_ = Matrix6::Zero();
 };
 
 double MedianDepth(const cv::Mat& depth) {
@@ -358,12 +364,16 @@ std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& referen
   // A step of the position is in R there, in W here.
   Matrix6 to_R = Matrix6::Identity();
   to_R.topLeftCorner<3, 3>() = T_WR.R().transpose();
-  const Matrix6 information = to_R.transpose() * alignment.information() * to_R / kSharedNoise;
+  const Matrix6 planes = to_R.transpose() * alignment.plane_information() * to_R / kSharedNoise;
+  const Matrix6 greys = to_R.transpose() * alignment.grey_information() * to_R;
   PoseConstraint known{T_WR * alignment.T_RC()};
-  if (!FindUnobservableDirections(information, known.T_WC, depth, {.max_sigma = kMaxSigma})
+  if (!FindUnobservableDirections(planes + greys / kSharedNoise, known.T_WC, depth,
+                                  {.max_sigma = kMaxSigma})
            .empty()) {
     return std::nullopt;
   }
+  const bool sees_most = alignment.overlap() >= kMostSeen;
+  const Matrix6 information = planes + (sees_most ? greys : Matrix6(greys / kSharedNoise));
   known.sqrt_information = information.llt().matrixU();
   return DirectAlignment{known,
                          depth,

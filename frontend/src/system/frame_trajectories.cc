@@ -14,7 +14,8 @@ MeasuredPose Measured(const PosedFrame& frame, const Map& map, const std::option
   if (!T_BC || !frame.information) {
     return {frame.measured_at(), T_BC ? T_WC * T_BC->Inverse() : T_WC, frame.information};
   }
-  return {frame.measured_at(), T_WC * T_BC->Inverse(), InformationOfBody(*frame.information, *T_BC)};
+  return {frame.measured_at(), T_WC * T_BC->Inverse(),
+          InformationOfBody(*frame.information, *T_BC)};
 }
 
 // Returns the poses of the frames at `indices` by time: what images state, each at the time of its
@@ -76,7 +77,8 @@ void FrameTrajectories::Smooth(const Map& map, const std::optional<Pose>& T_BC) 
     const std::vector<MeasuredPose> measured = ByTime(frames_, indices, map, T_body_C);
     const std::vector<std::optional<Pose>> T_WB = SmoothPoses(measured, gravity_W);
     for (const std::size_t i : indices) {
-      const auto at = std::ranges::lower_bound(measured, frames_[i].stamp, {}, &MeasuredPose::stamp);
+      const auto at =
+          std::ranges::lower_bound(measured, frames_[i].stamp, {}, &MeasuredPose::stamp);
       const std::optional<Pose>& found = T_WB[static_cast<std::size_t>(at - measured.begin())];
       if (!found) continue;
       AnchoredPose& pose = smoothed_[i];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -7,6 +8,7 @@
 
 #include <highwall/core/pose.h>
 #include <highwall/frontend/features/frame.h>
+#include <highwall/frontend/map/keyframe.h>
 #include <highwall/frontend/map/landmark.h>
 #include <highwall/frontend/map/map_ids.h>
 #include <highwall/frontend/pose/pose_report.h>
@@ -32,7 +34,8 @@ struct TrackedFrame : PerKind<LandmarkIds> {
   cv::Mat moving;
   int num_points = 0, num_lines = 0;  // matched
   double found = 0.0;                 // match ratio: share of the local map's landmarks in view
-  int num_planes = 0;                 // points of the image on planar patches of the reference
+  std::optional<ImageMotion> image_motion;  // if the whole image held the pose
+  int num_planes = 0;  // points of the image on planar patches of the reference
   // Information of the pose from the matches alone (PoseSolution); without matches, from the whole
   // image (DirectAligner).
   Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();

@@ -44,8 +44,12 @@ PoseHypothesis WholeImageSource::Propose(const TrackingQuery& query) const {
   const PoseConstraint& known = aligned->pose;
   hypothesis.prior = known;
   hypothesis.correlation = aligned->correlation;
+  ImageMotion motion{reference->id, reference->T_WC.Inverse() * known.T_WC, known.sqrt_information};
+  motion.sqrt_information.leftCols<3>() *= known.T_WC.R();
   hypothesis.rough = MatchLandmarks(query.With(&known));
+  if (hypothesis.rough) hypothesis.rough->image_motion = motion;
   TrackedFrame& bare = hypothesis.without_landmarks.emplace(Unmatched(query.frame, known.T_WC));
+  bare.image_motion = motion;
   bare.reference = reference->id;
   bare.information = known.sqrt_information.transpose() * known.sqrt_information;
   bare.open =

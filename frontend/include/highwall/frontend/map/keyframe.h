@@ -28,6 +28,15 @@ struct InertialState {
   double weight = 1.0;  // of its IMU factor: the mean over the images in between
 };
 
+// What the whole image of a keyframe states about the motion of the camera from an earlier one
+// (DirectAligner): it holds a pose where landmarks are few.
+struct ImageMotion {
+  KeyFrameId reference = kNoId;
+  Pose T_reference_C;
+  // W with W^T W the information [1/m^2, 1/rad^2] of a translation and a rotation, both in C
+  Eigen::Matrix<double, 6, 6> sqrt_information = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
 // A keyframe with its pose and the landmarks that it observes: for each kind, such as `points`, one
 // for each feature, kNoId where unmatched.
 struct KeyFrame : PerKind<LandmarkIds> {
@@ -38,7 +47,8 @@ struct KeyFrame : PerKind<LandmarkIds> {
   cv::Mat depth_grid;  // of its features, but 0 on dynamic objects: reference for other frames
   // match ratio when it was tracked: share of the landmarks in view; 0: unknown
   double found = 0.0;
-  std::optional<InertialState> motion;  // with an initialized IMU
+  std::optional<InertialState> motion;      // with an initialized IMU
+  std::optional<ImageMotion> image_motion;  // where it held the pose; not in the file of a map
 };
 
 }  // namespace highwall
