@@ -18,7 +18,7 @@ namespace [[gnu::visibility("default")]] highwall {
 // the keyframes observes constrains nothing and keeps its place relative to that one. If the map
 // knows gravity, the IMU between keyframes takes part, with their velocities and biases as
 // unknowns, which are written to the map, and gravity's direction, which is written if `fixed` is
-// empty; and so do the user (external) factors (FactorsIn) on these keyframes.
+// empty; so do the user factors (FactorsIn) on these keyframes, and KeyFrame::image_motion.
 //
 // In three steps, so that the map may be used while another thread solves: the constructor copies
 // the inputs, Solve() does not access the map, Write() writes the result to it.
