@@ -61,8 +61,9 @@ void ColourDelay::Remember(const RgbdImage& image) {
                       .depth = image.depth.clone(),
                       .depth_stamp = image.depth_stamp,
                       .noise_factor = image.noise_factor.clone()});
-  while (newest_.size() > kLatest + 1 || ToSeconds(Age(newest_.size() - 1)) > kOldest)
+  while (newest_.size() > kLatest + 1 || ToSeconds(Age(newest_.size() - 1)) > kOldest) {
     newest_.pop_back();
+  }
 }
 
 void ColourDelay::SetReference(std::shared_ptr<const FrameFeatures> features) {
