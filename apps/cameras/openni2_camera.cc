@@ -50,6 +50,10 @@ std::string Reason() {
   return text.empty() ? "OpenNI 2 names no reason" : text;
 }
 
+std::string NameOf(openni::SensorType sensor) {
+  return sensor == openni::SENSOR_COLOR ? "colour" : "depth";
+}
+
 // OpenNI as long as something uses it.
 class Session {
  public:
@@ -75,13 +79,20 @@ void RequireRecording(const fs::path& file) {
 // Images of a device, paired by their stamps.
 class OpenNi2Camera final : public ImageSource {
  public:
-  OpenNi2Camera(const std::string& uri, const std::optional<SensorCalibration>& calibration)
+  OpenNi2Camera(const std::string& uri, const CameraCalibrationSource& calibration)
       : name_(uri.empty() ? "openni2" : uri), pairer_(DatasetOptions().max_stamp_difference) {
     Open(uri);
-    Start(openni::SENSOR_COLOR, openni::PIXEL_FORMAT_RGB888, calibration, &colour_);
-    Start(openni::SENSOR_DEPTH, openni::PIXEL_FORMAT_DEPTH_1_MM, calibration, &depth_);
+    Create(openni::SENSOR_COLOR, &colour_);
+    Create(openni::SENSOR_DEPTH, &depth_);
+    cv::Size size = UsualSize();
+    if (calibration) {
+      calibration_ = calibration(size);
+      size = {calibration_.sensor.camera.width, calibration_.sensor.camera.height};
+    }
+    SetMode(openni::PIXEL_FORMAT_RGB888, size, &colour_);
+    SetMode(openni::PIXEL_FORMAT_DEPTH_1_MM, size, &depth_);
     Synchronize();
-    calibration_ = calibration ? *calibration : StatedCalibration();
+    if (!calibration) calibration_ = StatedCalibration();
     calibration_.imu.reset();  // no such device has one
     calibration_.sensor.depth_factor =
         depth_.getVideoMode().getPixelFormat() == openni::PIXEL_FORMAT_DEPTH_100_UM ? 10'000.0
@@ -111,8 +122,10 @@ class OpenNi2Camera final : public ImageSource {
 
  private:
   void Open(const std::string& uri);
-  void Start(openni::SensorType sensor, openni::PixelFormat format,
-             const std::optional<SensorCalibration>& calibration, openni::VideoStream* stream);
+  void Create(openni::SensorType sensor, openni::VideoStream* stream);
+  // Of a recording the size that it has.
+  cv::Size UsualSize() const;
+  void SetMode(openni::PixelFormat format, const cv::Size& size, openni::VideoStream* stream);
   void Synchronize();
   SensorCalibration StatedCalibration() const;
   void RequireSizes() const;
@@ -148,13 +161,13 @@ void OpenNi2Camera::Open(const std::string& uri) {
 
 // Returns the fastest mode of the format and the size, up to 30 images a second.
 const openni::VideoMode* BestMode(const openni::SensorInfo& sensor, openni::PixelFormat format,
-                                  int width, int height) {
+                                  const cv::Size& size) {
   const openni::VideoMode* best = nullptr;
   const openni::Array<openni::VideoMode>& modes = sensor.getSupportedVideoModes();
   for (int i = 0; i < modes.getSize(); ++i) {
     const openni::VideoMode& mode = modes[i];
-    if (mode.getPixelFormat() != format || mode.getResolutionX() != width ||
-        mode.getResolutionY() != height || mode.getFps() > kMostFps) {
+    if (mode.getPixelFormat() != format || mode.getResolutionX() != size.width ||
+        mode.getResolutionY() != size.height || mode.getFps() > kMostFps) {
       continue;
     }
     if (best == nullptr || mode.getFps() > best->getFps()) best = &mode;
@@ -162,22 +175,26 @@ const openni::VideoMode* BestMode(const openni::SensorInfo& sensor, openni::Pixe
   return best;
 }
 
-void OpenNi2Camera::Start(openni::SensorType sensor, openni::PixelFormat format,
-                          const std::optional<SensorCalibration>& calibration,
-                          openni::VideoStream* stream) {
-  const char* const kind = sensor == openni::SENSOR_COLOR ? "colour" : "depth";
-  if (!device_.hasSensor(sensor) || stream->create(device_, sensor) != openni::STATUS_OK) {
-    throw IoError(name_, fmt::format("has no {} images", kind));
-  }
+void OpenNi2Camera::Create(openni::SensorType sensor, openni::VideoStream* stream) {
+  if (device_.hasSensor(sensor) && stream->create(device_, sensor) == openni::STATUS_OK) return;
+  throw IoError(name_, fmt::format("has no {} images", NameOf(sensor)));
+}
+
+cv::Size OpenNi2Camera::UsualSize() const {
+  if (!device_.isFile()) return {kWidth, kHeight};
+  const openni::VideoMode mode = colour_.getVideoMode();
+  return {mode.getResolutionX(), mode.getResolutionY()};
+}
+
+void OpenNi2Camera::SetMode(openni::PixelFormat format, const cv::Size& size,
+                            openni::VideoStream* stream) {
   if (device_.isFile()) return;  // which plays as it was recorded
-  const int width = calibration ? calibration->sensor.camera.width : kWidth;
-  const int height = calibration ? calibration->sensor.camera.height : kHeight;
-  const openni::VideoMode* const mode =
-      BestMode(*device_.getSensorInfo(sensor), format, width, height);
+  const openni::VideoMode* const mode = BestMode(stream->getSensorInfo(), format, size);
   if (mode == nullptr || stream->setVideoMode(*mode) != openni::STATUS_OK) {
     throw IoError(name_, fmt::format("has no {} images of {} x {} pixels: give --config of a size "
                                      "that it has",
-                                     kind, width, height));
+                                     NameOf(stream->getSensorInfo().getSensorType()), size.width,
+                                     size.height));
   }
   stream->setMirroringEnabled(false);  // what cannot mirror does not
 }
@@ -320,8 +337,8 @@ std::vector<ConnectedCamera> ListOpenNi2Cameras() {
   return cameras;
 }
 
-std::unique_ptr<ImageSource> OpenOpenNi2Camera(
-    const std::string& uri, const std::optional<SensorCalibration>& calibration) {
+std::unique_ptr<ImageSource> OpenOpenNi2Camera(const std::string& uri,
+                                               const CameraCalibrationSource& calibration) {
   return std::make_unique<OpenNi2Camera>(uri, calibration);
 }
 

@@ -14,8 +14,7 @@ std::vector<ConnectedCamera> ListOpenNi2Cameras() {
   throw NoCamera(kMissing);
 }
 
-std::unique_ptr<ImageSource> OpenOpenNi2Camera(const std::string&,
-                                               const std::optional<SensorCalibration>&) {
+std::unique_ptr<ImageSource> OpenOpenNi2Camera(const std::string&, const CameraCalibrationSource&) {
   throw NoCamera(kMissing);
 }
 

@@ -47,15 +47,16 @@ struct OpenedCamera {
 };
 
 OpenedCamera OpenCamera(const LiveArguments& arguments) {
-  std::optional<SensorCalibration> given;
-  std::string origin = "the camera";
-  if (!arguments.slam.config.empty()) {
-    ResolvedConfig resolved = ResolveConfig(arguments.slam.config, {});
-    given = std::move(resolved.config);
-    origin = std::move(resolved.origin);
-    if (!resolved.note.empty()) fmt::print(stderr, "highwall live: {}\n", resolved.note);
-  }
-  return {OpenOpenNi2Camera(ReadCameraChoice(arguments.camera).device, given), std::move(origin)};
+  const std::string device = ReadCameraChoice(arguments.camera).device;
+  const std::string& config = arguments.slam.config;
+  if (config.empty()) return {OpenOpenNi2Camera(device, {}), "the camera"};
+  ResolvedConfig resolved;
+  std::unique_ptr<ImageSource> images = OpenOpenNi2Camera(device, [&](const cv::Size& usual) {
+    resolved = ResolveCameraConfig(config, usual);
+    return resolved.config;
+  });
+  if (!resolved.note.empty()) fmt::print(stderr, "highwall live: {}\n", resolved.note);
+  return {std::move(images), std::move(resolved.origin)};
 }
 
 // The readings arrive with the images.

@@ -49,9 +49,10 @@ ResolvedConfig ConfigOf(const NodeOptions& options, const CameraInfo& info) {
   if (options.slam.config.empty()) {
     return {{.sensor = FindSensorProfile(options.sensor)->SensorFor(info.camera)}, "camera_info"};
   }
-  ResolvedConfig resolved = ResolveConfig(options.slam.config, {});
+  const PinholeCamera& sent = info.camera;
+  ResolvedConfig resolved = ResolveCameraConfig(options.slam.config, {sent.width, sent.height});
   if (!resolved.note.empty()) Print(resolved.note);
-  const PinholeCamera &own = resolved.config.sensor.camera, &sent = info.camera;
+  const PinholeCamera& own = resolved.config.sensor.camera;
   constexpr double kSame = 2.0;  // [px]
   if (own.width != sent.width || own.height != sent.height || std::abs(own.fx - sent.fx) > kSame ||
       std::abs(own.cx - sent.cx) > kSame || std::abs(own.cy - sent.cy) > kSame) {

@@ -1,6 +1,7 @@
 #include "run/config.h"
 
 #include <fstream>
+#include <functional>
 #include <optional>
 #include <regex>
 #include <string_view>
@@ -40,11 +41,16 @@ std::string FolderName(const std::filesystem::path& directory) {
   return (canonical.has_filename() ? canonical : canonical.parent_path()).filename().string();
 }
 
-// dataset: may be empty.
-ResolvedConfig Stated(const std::string& file, const std::filesystem::path& dataset,
-                      const DatasetOptions& options) {
-  ResolvedConfig stated{dataset.empty() ? ReadSensor(file) : ReadSensor(file, dataset, options),
-                        file};
+// Reads the calibration of a file.
+using CalibrationReader = std::function<RunConfig(const std::string& file)>;
+
+// Takes the size that a file does not state from the images of a dataset.
+CalibrationReader ForDataset(const std::filesystem::path& dataset, const DatasetOptions& options) {
+  return [dataset, options](const std::string& file) { return ReadSensor(file, dataset, options); };
+}
+
+ResolvedConfig Stated(const std::string& file, const CalibrationReader& read) {
+  ResolvedConfig stated{read(file), file};
   stated.note = NoteOfDefaults(stated);
   if (!stated.note.empty()) {
     stated.note +=
@@ -54,12 +60,11 @@ ResolvedConfig Stated(const std::string& file, const std::filesystem::path& data
 }
 
 // Returns the configuration of a --config that is not empty.
-ResolvedConfig GivenConfig(const std::string& choice, const std::filesystem::path& dataset,
-                           const DatasetOptions& options) {
+ResolvedConfig GivenConfig(const std::string& choice, const CalibrationReader& read) {
   if (const std::optional<RgbdSensor> sensor = SensorPreset(choice)) {
     return {{*sensor}, "preset " + choice};
   }
-  if (std::filesystem::exists(choice)) return Stated(choice, dataset, options);
+  if (std::filesystem::exists(choice)) return Stated(choice, read);
   const std::vector<std::string_view> presets = SensorPresetNames();
   const std::string meant = DidYouMean(choice, {presets.begin(), presets.end()});
   throw IoError(choice, "is neither a file nor a preset (" + PresetList() + ")" +
@@ -110,14 +115,14 @@ std::optional<ResolvedConfig> OwnConfig(const std::filesystem::path& dataset,
   const std::optional<ResolvedConfig> named = NamedConfig(dataset);
   const std::filesystem::path calibration = CalibrationFile(dataset);
   if (!std::filesystem::exists(calibration)) return named;
-  return Completed(Stated(calibration.string(), dataset, options), named);
+  return Completed(Stated(calibration.string(), ForDataset(dataset, options)), named);
 }
 
 ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::path& dataset,
                              const DatasetOptions& options) {
   if (!choice.empty()) {
-    const ResolvedConfig given = GivenConfig(choice, dataset, options);
-    if (given.config.format.empty() || dataset.empty()) return given;
+    const ResolvedConfig given = GivenConfig(choice, ForDataset(dataset, options));
+    if (given.config.format.empty()) return given;
     std::error_code is_none;
     const bool is_own = std::filesystem::equivalent(choice, CalibrationFile(dataset), is_none);
     return Completed(given, is_own ? NamedConfig(dataset) : OwnConfig(dataset, options));
@@ -131,6 +136,10 @@ ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::p
                          ? "put calibration.yaml there, or give --config "
                          : "the bag has no camera_info of its colour images; give --config ") +
                     "with a file or one of " + PresetList());
+}
+
+ResolvedConfig ResolveCameraConfig(const std::string& choice, const cv::Size& image_size) {
+  return GivenConfig(choice, [&](const std::string& file) { return ReadSensor(file, image_size); });
 }
 
 }  // namespace highwall::apps

@@ -4,6 +4,8 @@
 #include <optional>
 #include <string>
 
+#include <opencv2/core/types.hpp>
+
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/sensor.h>
 
@@ -28,10 +30,14 @@ std::optional<ResolvedConfig> OwnConfig(const std::filesystem::path& dataset,
 
 // Resolves the argument of --config: tum1, tum2, tum3, a file that ReadSensor() reads, or empty. If
 // it is empty, the result is OwnConfig(). What a file of another system does not state is taken
-// from OwnConfig(), and the size of the images from these, unless `dataset` is empty. options: as
-// in OwnConfig(). Throws IoError as ReadSensor(), and if no configuration is found.
+// from OwnConfig(), and the size of the images from these. options: as in OwnConfig(). Throws
+// IoError as ReadSensor(), and if no configuration is found.
 ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::path& dataset,
                              const DatasetOptions& options = {});
+
+// Resolves a --config that is not empty, for a camera that delivers images of this size [px], which
+// a file of another system need not state. Throws IoError as ReadSensor().
+ResolvedConfig ResolveCameraConfig(const std::string& choice, const cv::Size& image_size);
 
 // Returns the --config choice of a run, from "calibration" in its run.json. It is empty if the
 // dataset provided the configuration or the file no longer exists.

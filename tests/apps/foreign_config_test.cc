@@ -151,13 +151,15 @@ TEST_F(ForeignConfig, TakesTheSizeOfTheImagesWhereTheFileDoesNotStateIt) {
   const std::string file = Write("orb.yaml", orb2);
   testing::WriteTum(folder_ / "tum", {.textured = true});
   const std::string note =
-      "a settings file of ORB-SLAM (for 64 x 48, the size of the recording's images), which does "
+      "a settings file of ORB-SLAM (for 64 x 48, the size of the images), which does "
       "not state depth_range, depth_noise: defaults are assumed";
   const OpenedDataset opened = OpenWithConfig(file, folder_ / "tum");
   EXPECT_EQ(opened.config.sensor.camera.width, 64);
   EXPECT_EQ(opened.config.sensor.camera.height, 48);
   EXPECT_TRUE(Contains(opened.note, note)) << opened.note;
   EXPECT_TRUE(opened.images->Load(0));
+  // For a camera, of live or of ROS.
+  EXPECT_EQ(ResolveCameraConfig(file, cv::Size(80, 60)).config.sensor.camera.width, 80);
   // As calibration.yaml of the folder, for info and slam.
   WriteText(folder_ / "tum/calibration.yaml", orb2);
   EXPECT_EQ(ResolveConfig("", folder_ / "tum").config.sensor.camera.width, 64);

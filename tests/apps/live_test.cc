@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -167,6 +168,22 @@ TEST_F(Live, ASignalEndsTheRunWithEveryOutputComplete) {
     }
     ExpectRecorded(report["recorded"]["images"].get<std::size_t>());
   }
+}
+
+// A settings file of ORB-SLAM2 does not state the size.
+TEST_F(Live, ACalibrationWithoutASizeIsForTheImagesOfTheCamera) {
+  const PinholeCamera camera = testing::SmallRoomOptions().camera;
+  const fs::path file = *folder_ / "orb.yaml";
+  testing::WriteText(file, fmt::format("%YAML:1.0\nCamera.fx: {}\nCamera.fy: {}\nCamera.cx: {}\n"
+                                       "Camera.cy: {}\nDepthMapFactor: 1000.0\n",
+                                       camera.fx, camera.fy, camera.cx, camera.cy));
+  const Outcome outcome = Highwall("live --camera " + Camera() + " --out " + run().string() +
+                                   " --config " + file.string() + " --seconds 1.2 --no-map");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find(
+                fmt::format("(for {} x {}, the size of the images)", camera.width, camera.height)),
+            std::string::npos)
+      << outcome.err;
 }
 
 TEST_F(Live, SecondsEndARunThatIsAsGoodAsAnyOther) {

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/frontend/input/sensor_profile.h>
 
 #include "support/message_of.h"
 #include "support/oni_file.h"
@@ -91,7 +92,7 @@ TEST_F(OpenNi2Camera, ACalibrationReplacesTheStatedCameraButNotTheUnitOfDepth) {
   given.sensor.camera = {
       .width = kWidth, .height = kHeight, .fx = 70.0, .fy = 71.0, .cx = 40.0, .cy = 30.0};
   given.sensor.inverse_depth_offset = -0.01;
-  const auto camera = apps::OpenOpenNi2Camera(File(), given);
+  const auto camera = apps::OpenOpenNi2Camera(File(), [&](const cv::Size&) { return given; });
   EXPECT_EQ(camera->calibration()->sensor.camera.fx, 70.0);
   EXPECT_EQ(camera->calibration()->sensor.depth_factor, 1000.0);
   const auto image = camera->Next();
@@ -102,9 +103,21 @@ TEST_F(OpenNi2Camera, ACalibrationReplacesTheStatedCameraButNotTheUnitOfDepth) {
   EXPECT_TRUE(is_of(0) || is_of(1) || is_of(2) || is_of(3));
   given.sensor.camera.width = 100;
   EXPECT_NE(testing::MessageOf<IoError>([&] {
-              apps::OpenOpenNi2Camera(File(), given);
+              apps::OpenOpenNi2Camera(File(), [&](const cv::Size&) { return given; });
             }).find("has colour images of 80 x 60 pixels, and the camera 100 x 60"),
             std::string::npos);
+}
+
+TEST_F(OpenNi2Camera, ACalibrationLearnsTheSizeOfTheImages) {
+  cv::Size size;
+  const auto camera = apps::OpenOpenNi2Camera(File(), [&](const cv::Size& usual) {
+    size = usual;
+    const PinholeCamera lens{
+        .width = usual.width, .height = usual.height, .fx = 70, .fy = 71, .cx = 40, .cy = 30};
+    return SensorCalibration{.sensor = FindSensorProfile("kinect1")->SensorFor(lens)};
+  });
+  EXPECT_EQ(size, cv::Size(kWidth, kHeight));
+  EXPECT_EQ(camera->calibration()->sensor.camera.width, kWidth);
 }
 
 TEST_F(OpenNi2Camera, EndsWhenItIsStoppedFromAnotherThread) {

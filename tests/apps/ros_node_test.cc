@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -78,9 +79,10 @@ class RosNode : public ::testing::Test {
   }
 
   // imu: as --imu; empty: its default.
-  void StartNode(const std::string& imu = "") {
+  // config: file name in the folder of the dataset.
+  void StartNode(const std::string& imu = "", const std::string& config = "calibration.yaml") {
     RosPeer::SetParameter("/highwall/out", run().string());
-    RosPeer::SetParameter("/highwall/config", (dataset() / "calibration.yaml").string());
+    RosPeer::SetParameter("/highwall/config", (dataset() / config).string());
     RosPeer::SetParameter("/highwall/deterministic", true);
     RosPeer::SetParameter("/highwall/queue", 1000);
     RosPeer::SetParameter("/highwall/set/tracker/min_support", 25);
@@ -150,6 +152,20 @@ double DistanceTo(const std::map<Stamp, apps::UncertainPose>& heard, const Stamp
     }
   }
   return std::numeric_limits<double>::infinity();
+}
+
+// A settings file of ORB-SLAM2 does not state the size.
+TEST_F(RosNode, ACalibrationWithoutASizeIsForTheImagesOfCameraInfo) {
+  testing::WriteText(
+      dataset() / "orb.yaml",
+      fmt::format("%YAML:1.0\nCamera.fx: {}\nCamera.fy: {}\nCamera.cx: {}\nCamera.cy: {}\n"
+                  "DepthMapFactor: 1000.0\n",
+                  camera_.fx, camera_.fy, camera_.cx, camera_.cy));
+  StartNode("off", "orb.yaml");
+  Play(0, 10);
+  EXPECT_TRUE(HearsPoses(10));
+  node_->Send(SIGINT);
+  EXPECT_EQ(node_->ExitCode(), 0);
 }
 
 TEST_F(RosNode, HeardPosesAreThoseOfTheRecordingAndNoneIsLost) {

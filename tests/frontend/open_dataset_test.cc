@@ -102,14 +102,22 @@ TEST(ReadSensor, TakesTheSizeThatAFileDoesNotStateFromTheImagesOfTheRecording) {
   EXPECT_EQ(read.sensor.camera.width, 64);
   EXPECT_EQ(read.sensor.camera.height, 48);
   EXPECT_EQ(read.sensor.camera.fy, 51.0);
-  EXPECT_EQ(read.format,
-            "a settings file of ORB-SLAM (for 64 x 48, the size of the recording's images)");
+  EXPECT_EQ(read.format, "a settings file of ORB-SLAM (for 64 x 48, the size of the images)");
   ExpectError<IoError>(file.string() + ":2: Camera.width and Camera.height are missing",
                        [&] { ReadSensor(file); });
   // What belongs to other images is noticed.
   WriteTum(folder / "small", {.width = 24, .height = 48});
   ExpectError<IoError>(file.string() + ":2: cx is 31 px, outside of the image, whose width is 24",
                        [&] { ReadSensor(file, folder / "small"); });
+}
+
+TEST(ReadSensor, TakesTheSizeThatAFileDoesNotStateFromACamera) {
+  const TemporaryDirectory folder;
+  const std::filesystem::path file = folder / "orb.yaml";
+  WriteText(file, kWithoutSize);
+  EXPECT_EQ(ReadSensor(file, cv::Size(64, 48)).sensor.camera.width, 64);
+  WriteText(file, kWithoutSize + "Camera.width: 80\nCamera.height: 60\n");
+  EXPECT_EQ(ReadSensor(file, cv::Size(64, 48)).sensor.camera.width, 80);
 }
 
 TEST(ReadSensor, OpensTheRecordingOnlyForASizeThatIsMissing) {

@@ -83,6 +83,11 @@ constexpr std::array<DatasetReader, 9> kReaders{{
      .open = &OpenAs<BagDataset>},
 }};
 
+SensorCalibration ReadSized(const std::filesystem::path& path, const ImageSizeSource& image_size) {
+  if (auto foreign = ReadForeignCalibration(path, image_size)) return *std::move(foreign);
+  return ReadSensor(path);
+}
+
 cv::Size ImageSizeOf(const std::filesystem::path& recording, const DatasetOptions& options) {
   const std::unique_ptr<const Dataset> images = OpenDataset(recording, std::nullopt, options);
   for (std::size_t i = 0; i < images->size(); ++i) {
@@ -122,9 +127,11 @@ std::unique_ptr<Dataset> OpenDataset(const std::filesystem::path& folder,
 SensorCalibration ReadSensor(const std::filesystem::path& path,
                              const std::filesystem::path& recording,
                              const DatasetOptions& options) {
-  const auto image_size = [&] { return ImageSizeOf(recording, options); };
-  if (auto foreign = ReadForeignCalibration(path, image_size)) return *std::move(foreign);
-  return ReadSensor(path);
+  return ReadSized(path, [&] { return ImageSizeOf(recording, options); });
+}
+
+SensorCalibration ReadSensor(const std::filesystem::path& path, const cv::Size& image_size) {
+  return ReadSized(path, [&] { return image_size; });
 }
 
 }  // namespace highwall

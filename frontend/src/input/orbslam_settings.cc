@@ -80,7 +80,7 @@ SensorCalibration ReadOrbSlamSettings(const ForeignMap& file, const ImageSizeSou
   const cv::Size size = OrbSlamImageSize(file, prefix, image_size);
   if (!file.Has("Camera.width")) {
     calibration.format += " (for " + std::to_string(size.width) + " x " +
-                          std::to_string(size.height) + ", the size of the recording's images)";
+                          std::to_string(size.height) + ", the size of the images)";
   }
   calibration.sensor.camera = OrbSlamCamera(file, prefix, size);
   for (const char* const key : {"RGBD.DepthMapFactor", "DepthMapFactor"}) {

@@ -49,5 +49,7 @@ std::unique_ptr<Dataset> OpenDataset(const std::filesystem::path& folder,
 SensorCalibration ReadSensor(const std::filesystem::path& path,
                              const std::filesystem::path& recording,
                              const DatasetOptions& options = {});
+// As above, of a camera that delivers images of this size [px].
+SensorCalibration ReadSensor(const std::filesystem::path& path, const cv::Size& image_size);
 
 }  // namespace highwall
