@@ -29,6 +29,41 @@ Misuse Stored(std::string fault, std::string strength, std::vector<SensorFault> 
           }};
 }
 
+// The scale of the readings is that of the IMU.
+Misuse FactorWithImu(double factor) {
+  Misuse misuse = Factor(factor);
+  misuse.fault = "depth factor beside an IMU";
+  misuse.inertial = true;
+  return misuse;
+}
+
+// 10 of 16 bits.
+Misuse CutDepth() {
+  return Stored("depth of 10 bits", "cut to 1023",
+                {SensorFault::kDepthSaturated, SensorFault::kDepthConstant},
+                [](double, cv::Mat* stored) { cv::min(*stored, 1023, *stored); });
+}
+
+Misuse ShortDepth(int bits) {
+  return Stored("depth of 10 bits", fmt::format("without the lowest {}", bits),
+                {SensorFault::kDepthScale}, [bits](double, cv::Mat* stored) {
+                  for (std::uint16_t& value : cv::Mat_<std::uint16_t>(*stored)) {
+                    value = static_cast<std::uint16_t>(value >> bits);
+                  }
+                });
+}
+
+// axes: as in cv::flip().
+Misuse MirroredColour(const char* strength, int axes) {
+  return {"mirrored colour",
+          strength,
+          {SensorFault::kDepthMirrored},
+          false,
+          [axes](StatedRecording* stated) {
+            stated->change_colour = [axes](cv::Mat* bgr) { cv::flip(*bgr, *bgr, axes); };
+          }};
+}
+
 Misuse ConstantDepth() {
   return Stored("constant depth", "2 m", {SensorFault::kDepthConstant},
                 [](double factor, cv::Mat* stored) { stored->setTo(2.0 * factor); });
@@ -100,6 +135,17 @@ Misuse LateDepth(int frames) {
           }};
 }
 
+Misuse EarlyDepth() {
+  return {"early depth",
+          "33 ms",
+          {SensorFault::kDepthInconsistent, SensorFault::kStamps},
+          false,
+          [](StatedRecording* stated) {
+            auto& all = stated->frames;
+            for (std::size_t i = 0; i + 1 < all.size(); ++i) all[i].depth = all[i + 1].colour;
+          }};
+}
+
 // share: of the field of view of the colour image.
 Misuse NarrowDepth(double share) {
   return Stored("narrow depth", fmt::format("{} of the view", share),
@@ -119,6 +165,20 @@ std::vector<Misuse> DepthMisuses() {
   return {Factor(5.0),
           Factor(0.2),
           Factor(1.25),
+          Factor(10.0),
+          Factor(0.1),
+          FactorWithImu(10.0),
+          FactorWithImu(5.0),
+          FactorWithImu(1.25),
+          FactorWithImu(0.8),
+          FactorWithImu(0.2),
+          FactorWithImu(0.1),
+          CutDepth(),
+          ShortDepth(2),
+          ShortDepth(6),
+          MirroredColour("left to right", 1),
+          MirroredColour("upside down", 0),
+          EarlyDepth(),
           ConstantDepth(),
           FrozenDepth(),
           SaturatedDepth(65535),

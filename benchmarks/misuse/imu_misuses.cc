@@ -56,6 +56,8 @@ std::vector<Misuse> MountMisuses() {
                         z = Eigen::Vector3d::UnitZ(), oblique(1.0, 2.0, 3.0);
   return {Mount("T_BC inverted", "", mount, [](const Pose& T_BC) { return T_BC.Inverse(); }),
           Mount("T_BC left out", "", mount, [](const Pose&) { return Pose(); }),
+          Mount("T_BC transposed", "its rotation", mount,
+                [](const Pose& T_BC) { return Pose(T_BC.q().conjugate(), T_BC.p()); }),
           Rotated("T_BC rotated by 90 deg", "about x", 90.0, x),
           Rotated("T_BC rotated by 90 deg", "about y", 90.0, y),
           Rotated("T_BC rotated by 90 deg", "about z", 90.0, z),
@@ -78,6 +80,7 @@ std::vector<Misuse> AxesMisuses() {
   return {
       Readings("IMU y and z exchanged", "", axes, exchange(1, 2)),
       Readings("IMU x and y exchanged", "", axes, exchange(0, 1)),
+      Readings("IMU x and z exchanged", "", axes, exchange(0, 2)),
       Readings("one gyroscope axis turned", "x", axes,
                [](ImuSample* sample) { sample->gyroscope.x() *= -1.0; }),
       Readings("one gyroscope axis turned", "z", axes,
@@ -156,6 +159,33 @@ Misuse Gaps(double gap) {
                   });
 }
 
+// Of the middle of the recording, `gap` [s].
+Misuse OneGap(double gap) {
+  return Inertial("IMU with one gap", fmt::format("of {} s", gap), {SensorFault::kImuReadings},
+                  [gap](apps::ImuFeed* imu) {
+                    const Stamp first = imu->samples.front().stamp;
+                    const double middle = 0.5 * ToSeconds(imu->samples.back().stamp - first);
+                    std::erase_if(imu->samples, [&](const ImuSample& sample) {
+                      return std::abs(ToSeconds(sample.stamp - first) - middle) < 0.5 * gap;
+                    });
+                  });
+}
+
+// Readings of a motion that has nothing to do with that of the images: their own, in another order.
+Misuse OtherMotion(const char* strength,
+                   const std::function<void(std::vector<ImuSample>*)>& order) {
+  return Inertial("IMU of another recording", strength,
+                  {SensorFault::kImuInconsistent, SensorFault::kImuClock},
+                  [order](apps::ImuFeed* imu) {
+                    std::vector<ImuSample> others = imu->samples;
+                    order(&others);
+                    for (std::size_t i = 0; i < others.size(); ++i) {
+                      others[i].stamp = imu->samples[i].stamp;
+                    }
+                    imu->samples = std::move(others);
+                  });
+}
+
 Misuse ClippedGyroscope(double limit) {
   return Readings("gyroscope clipped", fmt::format("at {} rad/s", limit),
                   {SensorFault::kImuReadings}, [limit](ImuSample* sample) {
@@ -171,9 +201,32 @@ std::vector<Misuse> ImuMisuses() {
     all.insert(all.end(), misuses.begin(), misuses.end());
   }
   all.insert(all.end(),
-             {Rate(2.0), Rate(0.5), Rate(1.05), ClockApart(300), ClockApart(100), ClockApart(50),
-              HeldAccelerations(3), HeldAccelerations(6), HeldAccelerations(12), Gaps(0.3),
-              Gaps(0.6), Gaps(1.2), ClippedGyroscope(0.3), ClippedGyroscope(0.1)});
+             {Rate(2.0),
+              Rate(0.5),
+              Rate(1.05),
+              Rate(1000.0),
+              Rate(0.001),
+              ClockApart(1'000'000),
+              ClockApart(300),
+              ClockApart(100),
+              ClockApart(50),
+              HeldAccelerations(3),
+              HeldAccelerations(6),
+              HeldAccelerations(12),
+              Gaps(0.3),
+              Gaps(0.6),
+              Gaps(1.2),
+              OneGap(1.0),
+              OneGap(0.3),
+              OtherMotion("backwards",
+                          [](std::vector<ImuSample>* samples) { std::ranges::reverse(*samples); }),
+              OtherMotion("by half of it later",
+                          [](std::vector<ImuSample>* samples) {
+                            const auto half = static_cast<std::ptrdiff_t>(samples->size() / 2);
+                            std::ranges::rotate(*samples, samples->begin() + half);
+                          }),
+              ClippedGyroscope(0.3),
+              ClippedGyroscope(0.1)});
   return all;
 }
 

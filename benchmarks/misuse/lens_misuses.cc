@@ -37,6 +37,11 @@ Misuse PrincipalPoint(double pixels) {
               [pixels](PinholeCamera* camera) { camera->cx += pixels * camera->width / 640.0; });
 }
 
+Misuse PrincipalRow(double pixels) {
+  return Lens("cy", fmt::format("off by {} px", pixels),
+              [pixels](PinholeCamera* camera) { camera->cy += pixels * camera->width / 640.0; });
+}
+
 Misuse ExchangedCentre() {
   return Lens("cx and cy exchanged", "",
               [](PinholeCamera* camera) { std::swap(camera->cx, camera->cy); });
@@ -63,8 +68,8 @@ Misuse OtherModel() {
 std::vector<Misuse> LensMisuses() {
   return {FocalLengths(2.0),   FocalLengths(0.5),    FocalLengths(1.1),   OneFocalLength(2.0),
           OneFocalLength(0.5), OneFocalLength(1.25), PrincipalPoint(100), PrincipalPoint(50),
-          PrincipalPoint(25),  ExchangedCentre(),    Distortion(-0.3),    Distortion(-0.15),
-          Distortion(0.15),    OtherModel()};
+          PrincipalPoint(25),  PrincipalRow(100),    PrincipalRow(50),    ExchangedCentre(),
+          Distortion(-0.3),    Distortion(-0.15),    Distortion(0.15),    OtherModel()};
 }
 
 }  // namespace highwall::bench

@@ -46,6 +46,10 @@ RgbdImage StatedSequence::DoLoad(std::size_t index) const {
   const StatedFrame& frame = stated_.frames[index];
   RgbdImage image = LoadTrue(recording_, frame.colour);
   if (frame.depth != frame.colour) image.depth = LoadTrue(recording_, frame.depth).depth;
+  if (stated_.change_colour) {
+    image.bgr = image.bgr.clone();  // the dataset retains its images
+    stated_.change_colour(&image.bgr);
+  }
   image.stamp = frame.stamp;
   image.depth_stamp = depth_stamp(index);
   const double true_factor = recording_.sensor.depth_factor;

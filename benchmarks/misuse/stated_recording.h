@@ -33,6 +33,8 @@ struct StatedRecording {
   std::optional<apps::ImuFeed> imu;
   std::vector<StatedFrame> frames;
   StoredDepthChange change_depth{};  // empty: none
+  // Changes a colour image (CV_8UC3, of its own memory); empty: none.
+  std::function<void(cv::Mat* bgr)> change_colour{};
 };
 
 // Returns what is true of a recording.

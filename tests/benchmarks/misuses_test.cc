@@ -32,7 +32,9 @@ class Walls final : public Dataset {
       depth.colRange(32, 64).setTo(1.0 + 1e-3 * static_cast<double>(i));
       depth.rowRange(0, 6).setTo(3.0);
       depth.col(0).setTo(0.0);
-      images_.push_back({stamp(i), cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(100)), depth});
+      cv::Mat colour(48, 64, CV_8UC3, cv::Scalar::all(100));
+      colour(cv::Rect(0, 0, 10, 10)).setTo(0);  // a corner that no flip leaves where it is
+      images_.push_back({stamp(i), colour, depth});
     }
   }
   std::size_t size() const override { return kFrames; }
@@ -95,10 +97,11 @@ TEST(Misuses, EachChangesImagesOrSensorsAndTheTruthIsByteEqual) {
       const RgbdImage a = *stated.Load(i), b = *truth.Load(i);
       differs |= a.stamp != b.stamp || a.depth_stamp != b.depth_stamp ||
                  cv::norm(a.depth, b.depth, cv::NORM_INF) > 0.0;
+      differs |= cv::norm(a.bgr, b.bgr, cv::NORM_INF) > 0.0;
     }
     const PinholeCamera &lens = stated.stated().sensor.camera, &right = recording.sensor.camera;
-    differs |=
-        lens.fx != right.fx || lens.fy != right.fy || lens.cx != right.cx || lens.k1 != right.k1;
+    differs |= lens.fx != right.fx || lens.fy != right.fy || lens.cx != right.cx ||
+               lens.cy != right.cy || lens.k1 != right.k1;
     if (misuse.inertial) {
       const apps::ImuFeed &imu = *stated.stated().imu, &before = *recording.imu;
       differs |= imu.samples.size() != before.samples.size() ||
@@ -125,9 +128,22 @@ TEST(DepthMisuses, HaveTheDepthThatTheyState) {
   EXPECT_FLOAT_EQ(DepthOf("mirrored depth left to right", 50), 2.0F);
   EXPECT_FLOAT_EQ(DepthOf("shifted depth 32 px", 34), 2.0F) << "3 px of 64";
   EXPECT_FLOAT_EQ(DepthOf("shifted depth 32 px", 36), 1.02F);
+  EXPECT_FLOAT_EQ(DepthOf("depth of 10 bits cut to 1023", 10), 1023 / 5000.0F);
+  EXPECT_FLOAT_EQ(DepthOf("depth of 10 bits without the lowest 6", 10), (10000 >> 6) / 5000.0F);
   // Stored in steps of 0.2 mm.
   EXPECT_NEAR(DepthOf("late depth 100 ms", 50), 1.017F, 1e-4F);
   EXPECT_FLOAT_EQ(DepthOf("narrow depth 0.5 of the view", 0), 2.0F) << "what was at a quarter";
+}
+
+TEST(ImuMisuses, ReadingsOfAnotherRecordingHaveTheStampsOfThisOne) {
+  const TrueRecording recording = Recording();
+  const StatedSequence other =
+      Misstate(recording, Named(ImuMisuses(), "IMU of another recording backwards"));
+  const std::vector<ImuSample>&samples = other.stated().imu->samples,
+        &right = recording.imu->samples;
+  ASSERT_EQ(samples.size(), right.size());
+  EXPECT_EQ(samples.front().stamp, right.front().stamp);
+  EXPECT_EQ(samples.front().gyroscope, right.back().gyroscope);
 }
 
 TEST(StampMisuses, HaveTheStampsThatTheyState) {
