@@ -7,6 +7,7 @@
 
 #include <fmt/core.h>
 
+#include "run/depth_scale_check.h"
 #include "run/loss_advice.h"
 #include "run/run_files.h"
 #include "run/run_output.h"
@@ -35,23 +36,20 @@ void WarnOfGps(const std::string& command, const SlamRun& run) {
              command, run.gps->used, run.gps->fixes);
 }
 
-// The scale of the depth by the IMU means nothing while the clocks are not aligned, or if the
-// images contradict the IMU.
-bool IsDepthScaleKnown(const SlamRun& run) {
-  constexpr double kSettled = 3e-3;  // [s] sigma of t_d
-  const auto is_of_imu = [](const SensorFinding& finding) {
-    return finding.fault >= SensorFault::kImuMount &&
-           finding.fault <= SensorFault::kImuInconsistent;
+// Whether the scale of the depth is known and no finding contradicts it, or states it already.
+bool IsDepthScaleNews(const SlamRun& run) {
+  const auto is_of_scale = [](const SensorFinding& finding) {
+    return finding.fault == SensorFault::kDepthScale ||
+           (finding.fault >= SensorFault::kImuMount &&
+            finding.fault <= SensorFault::kImuInconsistent);
   };
-  return run.inertial && run.inertial->depth_scale &&
-         run.inertial->last.status != InertialStatus::kGivenUp &&
-         run.inertial->last.time_offset_sigma < kSettled &&
-         std::ranges::none_of(run.verdict.findings, is_of_imu);
+  return run.inertial && run.inertial->depth_scale && IsScaleMeaningful(run.inertial->last) &&
+         std::ranges::none_of(run.verdict.findings, is_of_scale);
 }
 
 // Significant, and larger than the calibration error of most depth cameras.
 void WarnOfDepth(const std::string& command, const SlamRun& run, double depth_factor) {
-  if (!IsDepthScaleKnown(run)) return;
+  if (!IsDepthScaleNews(run)) return;
   const DepthScale& depth = *run.inertial->depth_scale;
   const double off = std::abs(depth.scale - 1.0);
   if (off <= 0.01 || off <= 3.0 * depth.sigma) return;

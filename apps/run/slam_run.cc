@@ -18,6 +18,7 @@
 
 #include "cli/attempt.h"
 #include "run/dense_stage.h"
+#include "run/depth_scale_check.h"
 #include "run/finished_run.h"
 #include "run/frame_source.h"
 #include "run/loaded_map.h"
@@ -243,9 +244,16 @@ std::optional<DepthScale> ScaleOf(const Map& map, const RgbdSensor& sensor,
                                   const SlamRunOptions& options, const SlamRun& run) {
   if (!map.gravity_W()) return std::nullopt;
   const MeasurementModel model = ModelOf(map, sensor, options, run);
-  const std::optional<DepthScale> scale =
-      EstimateDepthScale(AdjustedWithoutImu(map, model, kGlobalAdjustment), model.T_BC());
-  return scale && scale->sigma <= kMaxScaleSigma ? scale : std::nullopt;
+  return EstimateDepthScale(AdjustedWithoutImu(map, model, kGlobalAdjustment), model.T_BC());
+}
+
+void TakeScale(const std::optional<DepthScale>& scale, const RgbdSensor& sensor,
+               InertialSummary* inertial) {
+  if (!scale) return;
+  if (scale->sigma <= kMaxScaleSigma) inertial->depth_scale = scale;
+  if (IsScaleMeaningful(inertial->last)) {
+    inertial->scale_finding = CheckDepthScale(*scale, sensor.depth_factor);
+  }
 }
 
 // Accumulates the results of the frames of a run.
@@ -333,8 +341,9 @@ void FinishMap(const RgbdSensor& sensor, const SlamRunOptions& options, const Lo
     Attempt(what, &run->failures, work);
   };
   if (run->inertial) {
-    attempt("scale of the depth",
-            [&] { run->inertial->depth_scale = ScaleOf(slam.map(), sensor, options, *run); });
+    attempt("scale of the depth", [&] {
+      TakeScale(ScaleOf(slam.map(), sensor, options, *run), sensor, &*run->inertial);
+    });
   }
   if (options.adjust_all && slam.map().num_keyframes() > 1) {
     attempt("adjustment of everything", [&] {
@@ -400,6 +409,11 @@ SensorVerdict VerdictOf(const SlamRun& run, const SlamRunOptions& options,
     add({SensorFault::kImuInconsistent, Trust::kDoubtful,
          "the IMU is not used: " + run.inertial->last.reason,
          "check the section imu of calibration.yaml with highwall calibrate"});
+  }
+  // Images that contradict the IMU do not have the scale of the IMU.
+  if (run.inertial && run.inertial->scale_finding &&
+      std::ranges::none_of(verdict.findings, IsOfImu)) {
+    add(*run.inertial->scale_finding);
   }
   if (!run.map_met && !run.largest.trajectory.empty()) {
     add({SensorFault::kMapNotMet, Trust::kDoubtful,

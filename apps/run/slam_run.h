@@ -104,6 +104,7 @@ struct InertialSummary {
   std::vector<ImuState> states;            // a few a second, ascending
   // Final estimate; empty if the motion does not determine it to 2 %.
   std::optional<DepthScale> depth_scale;
+  std::optional<SensorFinding> scale_finding;  // by that estimate, however accurate it is
 };
 
 // Tracking result of a frame, as reported immediately after tracking.

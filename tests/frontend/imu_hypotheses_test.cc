@@ -136,7 +136,56 @@ TEST(JudgeImu, IsUndecidedWithoutReadings) {
 TEST(JudgeImu, BlamesTheDepthAndNotTheImuForAWrongScaleOfTheImages) {
   Recording recording = Record(1);
   for (StampedPose& p : recording.poses) p.pose = Pose(p.pose.q(), 5.0 * p.pose.p());
-  EXPECT_EQ(JudgementOf(recording).agreement, ImuAgreement::kConsistent);
+  const ImuJudgement judgement = JudgementOf(recording);
+  ASSERT_TRUE(judgement.finding);
+  EXPECT_EQ(judgement.finding->fault, SensorFault::kDepthScale) << judgement.finding->text;
+  EXPECT_NE(judgement.finding->text.find("depth is 0.2"), std::string::npos)
+      << judgement.finding->text;
+}
+
+TEST(JudgeImu, BlamesTheUnitOfTheAccelerometerWhereGravityIsWrong) {
+  Recording recording = Record(1);
+  ForEachReading(recording, [](ImuSample& s) { s.accelerometer *= 2.0; });
+  const ImuJudgement judgement = JudgementOf(recording);
+  ASSERT_TRUE(judgement.finding);
+  EXPECT_EQ(judgement.finding->fault, SensorFault::kImuScale) << judgement.finding->text;
+}
+
+// The rate is that of a recording. At one in a thousand, three and more alarms in 300 draws have a
+// probability of 0.4 %.
+TEST(JudgeImu, RaisesFalseAlarmsAtMostOnceInAThousandDraws) {
+  std::mt19937 rng(7);
+  std::uniform_real_distribution<double> within(-1.0, 1.0);
+  int alarms = 0;
+  for (unsigned seed = 101; seed <= 400; ++seed) {
+    Recording recording = Record(seed, std::exp2(-2.0 + 2.0 * within(rng)), 3.0 + within(rng));
+    TurnMount(recording, 2.0 * kDegree * within(rng) * Eigen::Vector3d::UnitX());
+    const double gyroscope = 1.0 + 0.02 * within(rng), depth = 1.0 + 0.02 * within(rng);
+    const Stamp delay = FromSeconds(0.02 * within(rng));
+    ForEachReading(recording, [&](ImuSample& s) {
+      s.gyroscope *= gyroscope;
+      s.stamp += delay;
+    });
+    for (StampedPose& p : recording.poses) p.pose = Pose(p.pose.q(), depth * p.pose.p());
+    alarms += JudgementOf(recording).agreement >= ImuAgreement::kUnconfirmed ? 1 : 0;
+  }
+  EXPECT_LE(alarms, 2);
+}
+
+// As on a vehicle with an IMU in use, whose readings of twice the rate pull the poses along, so
+// that neither the rate nor half of it explains how they turn.
+TEST(JudgeImu, ContradictsAGyroscopeThatPullsThePosesOfACameraThatTurnsLittle) {
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    Recording recording = Record(seed, 0.17, 4.5);
+    ForEachReading(recording, [](ImuSample& s) { s.gyroscope *= 2.0; });
+    Eigen::Quaterniond before = recording.poses.front().pose.q(), pulled = before;
+    for (StampedPose& p : recording.poses) {
+      pulled = pulled * so3::Exp(1.4 * so3::Log(before.conjugate() * p.pose.q()));
+      before = p.pose.q();
+      p.pose = Pose(pulled, p.pose.p());
+    }
+    EXPECT_EQ(JudgementOf(recording).agreement, ImuAgreement::kContradicted) << seed;
+  }
 }
 
 // A fault and what is to be found.
@@ -268,7 +317,13 @@ TEST(JudgeImu, BelievesALongLeverArmThatIsRight) {
     }
     for (StampedPose& p : recording.poses) p.pose = Pose(p.pose.q(), scale * p.pose.p());
     recording.calibration.T_BC = Pose(T_BC.q(), T_BC.p() + far);
-    EXPECT_EQ(JudgementOf(recording).agreement, ImuAgreement::kConsistent) << scale;
+    const ImuJudgement judgement = JudgementOf(recording);
+    if (scale == 1.0) {
+      EXPECT_EQ(judgement.agreement, ImuAgreement::kConsistent);
+    } else {
+      ASSERT_TRUE(judgement.finding) << scale;
+      EXPECT_EQ(judgement.finding->fault, SensorFault::kDepthScale) << judgement.finding->text;
+    }
   }
 }
 

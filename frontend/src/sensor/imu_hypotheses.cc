@@ -10,8 +10,10 @@
 
 #include <Eigen/Geometry>
 
+#include <highwall/factors/imu_factor.h>
 #include <highwall/internal/number_text.h>
 
+#include "sensor/images_scale.h"
 #include "sensor/imu_alignment.h"
 
 namespace highwall {
@@ -37,7 +39,7 @@ constexpr double kWrong = 0.35, kRight = 0.2;
 // RMS of the excess below which the images may be at fault: over 0.1 s [rad], and as an
 // acceleration. Images with focal lengths that are 2 % off bend positions by 2 % of the depth as
 // they turn: at 3 m and 1 rad/s, in half a second, by 0.2 m/s^2.
-constexpr double kTurnError = 2e-3, kAccelerationError = 0.3;  // [rad], [m/s^2]
+constexpr double kTurnError = 1e-3, kAccelerationError = 0.3;  // [rad], [m/s^2]
 // Of a gyroscope whose images turn little, as on a vehicle: where a single reading explains all of
 // it, this much suffices. On right recordings of 2.5 s and more the excess was below 20 variances
 // or 5 % of what the free fit explains.
@@ -119,6 +121,9 @@ class Judge {
     const bool accelerometer = !gyroscope && !clock && IsAccelerometerContradicted();
     if (gyroscope || clock || accelerometer) return Explain(clock);
     if (const auto arm = UnitOfLeverArm()) return Named(*arm);
+    if (auto finding = ScaleFinding()) {
+      return {ImuAgreement::kContradicted, std::move(finding), true};
+    }
     if (IsGyroscopeSlightlyContradicted()) {
       ImuJudgement judgement = Explain(false);
       if (judgement.is_named) return judgement;
@@ -184,7 +189,7 @@ class Judge {
   bool IsGyroscopeContradicted() const {
     const double excess = Excess(Best(configured_.gyroscope, near_), configured_.gyroscope);
     return IsFreeGood() && excess > strictness_ * kSignificant * free_->fit.Variance() &&
-           excess > kTurnError * kTurnError * free_->fit.size() &&
+           excess > strictness_ * kTurnError * kTurnError * free_->fit.size() &&
            Share(excess, ExplainedByFree()) > strictness_ * kWrong * kWrong;
   }
 
@@ -192,7 +197,7 @@ class Judge {
     const double excess = Excess(Best(configured_.gyroscope, near_), configured_.gyroscope);
     return free_->fit.size() >= kFewestSmall && IsFreeGood() &&
            excess > strictness_ * kSignificantSmall * free_->fit.Variance() &&
-           excess > kSmallTurnError * kSmallTurnError * free_->fit.size() &&
+           excess > strictness_ * kSmallTurnError * kSmallTurnError * free_->fit.size() &&
            Share(excess, ExplainedByFree()) > strictness_ * kWrong * kWrong;
   }
 
@@ -324,6 +329,7 @@ class Judge {
 
   std::vector<Reading> SimpleReadings() const;
   std::optional<Reading> UnitOfLeverArm();
+  std::optional<SensorFinding> ScaleFinding();
   std::vector<Reading> TurnedReadings();
   Reading FreeLeverArm();
   ImuJudgement Explain(bool clock);
@@ -428,6 +434,29 @@ std::optional<Reading> Judge::UnitOfLeverArm() {
     best = std::move(reading);
   }
   return best;
+}
+
+// The readings know gravity: where its norm is right, the lengths of the images are wrong.
+std::optional<SensorFinding> Judge::ScaleFinding() {
+  constexpr double kNearGravity = 0.1;  // share
+  const AccelerometerFit& fit = Acceleration(Best(configured_.gyroscope, near_).clock);
+  const auto scale =
+      ContradictedScale(fit, configured_.accelerometer, configured_.lever_arm, strictness_);
+  if (!scale) return std::nullopt;
+  const auto x = fit.Unknowns(*scale * configured_.accelerometer, *scale * configured_.lever_arm);
+  const double norm = x.segment<3>(12).norm() / *scale;
+  if (std::abs(norm / kStandardGravity - 1.0) > kNearGravity) {
+    return SensorFinding{SensorFault::kImuScale, Trust::kDoubtful,
+                         "accelerometer and images agree if its readings, of which gravity is " +
+                             FixedText(norm, 2) + " m/s^2, are multiplied by " +
+                             RoundedText(*scale, 3),
+                         "give them in m/s^2; the images are used alone"};
+  }
+  return SensorFinding{SensorFault::kDepthScale, Trust::kNotTrusted,
+                       "accelerometer and images agree if depth is " +
+                           RoundedText(1.0 / *scale, 2) + " times what it is read as",
+                       "multiply depth_factor by " + RoundedText(*scale, 2) +
+                           " in calibration.yaml; the images are used alone"};
 }
 
 Reading Judge::FreeLeverArm() {

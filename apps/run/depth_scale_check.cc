@@ -1,0 +1,26 @@
+#include "run/depth_scale_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/core.h>
+
+namespace highwall::apps {
+
+bool IsScaleMeaningful(const InertialReport& last) {
+  constexpr double kSettled = 3e-3;  // [s] sigma of t_d
+  return last.status != InertialStatus::kGivenUp && last.time_offset_sigma < kSettled;
+}
+
+std::optional<SensorFinding> CheckDepthScale(const DepthScale& scale, double depth_factor) {
+  constexpr double kSmall = 0.05, kLarge = 0.1, kSigmas = 5.0;
+  const double off = std::abs(scale.scale - 1.0);
+  if (off <= std::max(kSmall, kSigmas * scale.sigma)) return std::nullopt;
+  return SensorFinding{
+      SensorFault::kDepthScale, off > kLarge ? Trust::kNotTrusted : Trust::kDoubtful,
+      fmt::format("by the IMU, depth reads {:.1f} % too {}",
+                  100.0 * std::abs(1.0 / scale.scale - 1.0), scale.scale < 1.0 ? "long" : "short"),
+      fmt::format("set depth_factor: {:.4g} in calibration.yaml", depth_factor / scale.scale)};
+}
+
+}  // namespace highwall::apps

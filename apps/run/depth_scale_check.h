@@ -1,0 +1,19 @@
+#pragma once
+
+#include <optional>
+
+#include <highwall/frontend/calibration/depth_scale.h>
+#include <highwall/frontend/inertial/inertial_report.h>
+#include <highwall/frontend/input/sensor_verdict.h>
+
+namespace highwall::apps {
+
+// Whether the scale of the depth by the IMU means something: the IMU is in use, and its clock is
+// aligned with that of the images. last: of the last frame.
+bool IsScaleMeaningful(const InertialReport& last);
+
+// Returns a finding if the scale is wrong by more than 5 %, and by five standard deviations: a
+// right one, also 2 % off, is at most once in a thousand recordings. depth_factor: as configured.
+std::optional<SensorFinding> CheckDepthScale(const DepthScale& scale, double depth_factor);
+
+}  // namespace highwall::apps
