@@ -263,6 +263,49 @@ TEST(CheckFarCentre, NeedsLessEvidenceThatACentreFarFromTheMiddleIsNearIt) {
   EXPECT_FALSE(CheckFarCentre(camera, estimate));
 }
 
+TEST(CheckFarCentre, FindsACentreEightPercentOffAlsoByAnEstimateBeyondTheMiddle) {
+  PinholeCamera camera = IdealSensor().camera;
+  const double middle = 0.5 * (camera.width - 1.0);
+  LensEstimate estimate{.sigma = Eigen::Vector4d::Constant(0.04 * camera.fx), .keyframes = 12};
+  estimate.growth[2] = 0.002;
+  camera.cx = middle + 0.08 * camera.width;
+  estimate.intrinsics << camera.fx, camera.fy, middle - 0.1 * camera.width, camera.cy;
+  EXPECT_TRUE(CheckFarCentre(camera, estimate));
+  camera.cx = middle + 0.06 * camera.width;
+  EXPECT_FALSE(CheckFarCentre(camera, estimate));
+}
+
+// Estimates as a right lens has them: their errors have the stated standard deviations, which are
+// known by eight groups, and absorb a part of what is off by up to 2 % in the focal lengths. One in
+// ten cameras has a principal point far from the middle. At a rate of one in a thousand, eight and
+// more alarms in 3000 draws have a probability of 1 %.
+TEST(CompareLens, RaisesFalseAlarmsAtMostOnceInAThousandDraws) {
+  std::mt19937 rng(1);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::chi_squared_distribution<double> groups(7.0);
+  int alarms = 0;
+  for (int i = 0; i < 3000; ++i) {
+    PinholeCamera camera = IdealSensor().camera;
+    if (uniform(rng) < 0.1) camera.cx += (0.3 * uniform(rng) - 0.15) * camera.width;
+    LensEstimate estimate{.keyframes = uniform(rng) < 0.5 ? 12 : 40, .points = 1000};
+    const double views = 500.0 + 5000.0 * uniform(rng);
+    const Eigen::Vector4d truth(camera.fx, camera.fy, camera.cx, camera.cy);
+    for (int k = 0; k < 4; ++k) {
+      const double sigma = 0.05 * uniform(rng) * camera.fx, error = normal(rng);
+      const double off = k < 2 ? 0.02 * camera.fx * (2.0 * uniform(rng) - 1.0) : 0.0;
+      estimate.intrinsics[k] = truth[k] + sigma * error + off;
+      estimate.sigma[k] = sigma * std::sqrt(groups(rng) / 7.0);
+      estimate.growth[k] = (error * error + std::pow(off / sigma, 2)) / (2.0 * views);
+    }
+    const double sigma = 0.05 * uniform(rng), error = normal(rng);
+    estimate.distortion = {sigma * error, sigma * std::sqrt(groups(rng) / 7.0),
+                           error * error / (2.0 * views)};
+    alarms += CompareLens(camera, estimate) || CheckFarCentre(camera, estimate) ? 1 : 0;
+  }
+  EXPECT_LE(alarms, 7);
+}
+
 TEST(LensCheck, NeedsClearEvidenceOfASmallDeviation) {
   const PinholeCamera camera = IdealSensor().camera;
   LensEstimate estimate{.sigma = Eigen::Vector4d::Constant(0.002 * camera.fx), .keyframes = 12};

@@ -28,9 +28,9 @@ constexpr double kUnclearFocalTolerance = 0.05, kUnclearCentreTolerance = 0.1;
 constexpr int kManyKeyframes = 20;  // with fewer, twice as much: they may all look one way
 // The same of distortion, relative to the distance of the corners from the principal point.
 constexpr double kDistortionTolerance = 0.02;
-// A principal point this far from the middle of the image, of its side, is rare: then less evidence
-// for the middle suffices.
-constexpr double kFarCentre = 0.12, kSignificantCentre = 2.5, kLeastGrowthOfCentre = 0.0015;
+// A principal point this far from the middle of the image, of its side, is rare (of cropped images):
+// then less evidence suffices if the middle explains the images better.
+constexpr double kFarCentre = 0.07, kSignificantCentre = 2.5, kLeastGrowthOfCentre = 0.0015;
 constexpr LensSigmas kMostSigmas{.focal = 0.05, .centre = 0.025};
 constexpr double kFarOffLens = 0.1;  // relative: poses are not to be trusted
 
@@ -163,7 +163,7 @@ std::optional<SensorFinding> CheckFarCentre(const PinholeCamera& camera,
     const double side = i == 0 ? camera.width : camera.height, middle = 0.5 * (side - 1.0);
     const double stated = i == 0 ? camera.cx : camera.cy, estimated = estimate.intrinsics[2 + i];
     return std::abs(stated - middle) > kFarCentre * side &&
-           std::abs(estimated - middle) < std::abs(stated - middle) &&
+           std::abs(estimated - middle) < std::abs(estimated - stated) &&
            std::abs(estimated - stated) > kSignificantCentre * estimate.sigma[2 + i] &&
            estimate.growth[2 + i] > kLeastGrowthOfCentre;
   };
