@@ -64,6 +64,7 @@ Trial RunStated(const StatedSequence& sequence) {
     trial.verdict = options.before;
     const apps::SlamRun run = apps::RunSlam(sequence, sequence.stated().sensor, options);
     trial.verdict = run.verdict;
+    if (run.largest.trajectory.empty()) trial.refusal = "no frame could be tracked";
     TellOfImu(run, &trial.verdict);
     Score(sequence, run, &trial);
   } catch (const std::exception& error) {  // as the command does, which prints it

@@ -38,7 +38,8 @@ TEST(StampCheck, SaysNothingOfCamerasOfAnyRate) {
 }
 
 TEST(StampCheck, SaysNothingOfJitterOmissionsAndPauses) {
-  for (std::uint32_t seed = 1; seed <= 200; ++seed) {
+  // Of a thousand draws none has a finding: the rate is below 3 in 1000 with 95 % confidence.
+  for (std::uint32_t seed = 1; seed <= 1000; ++seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
     const double rate = 5.0 + 85.0 * uniform(random);
