@@ -1,9 +1,15 @@
 #include "landmark_problem.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 namespace highwall::internal {
+
+int NumbersOf(const ceres::CostFunction& cost) {
+  const std::vector<int>& sizes = cost.parameter_block_sizes();
+  return cost.num_residuals() * std::accumulate(sizes.begin(), sizes.end(), 1);
+}
 
 LandmarkProblemBuilder::LandmarkProblemBuilder(std::vector<Variable> variables)
     : variables_(std::move(variables)), unknown_of_(variables_.size(), -1) {}

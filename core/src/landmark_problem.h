@@ -43,6 +43,9 @@ struct LandmarkProblem {
   std::vector<Argument> arguments;
 };
 
+// Returns the number of residuals and Jacobian entries of a factor.
+int NumbersOf(const ceres::CostFunction& cost);
+
 // Makes a LandmarkProblem of the factors of a graph.
 class LandmarkProblemBuilder {
  public:
