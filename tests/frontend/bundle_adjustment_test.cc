@@ -54,6 +54,19 @@ class BundleAdjustment : public ::testing::Test {
     }
   }
 
+  // Keyframe 3 has no landmarks, but its motion from keyframe 2.
+  void LeaveOnlyTheWholeImageTo3() {
+    KeyFrame& keyframe = *map.keyframe(3_kf);
+    keyframe.image_motion = {.reference = 2_kf, .T_reference_C = kTruth[2].Inverse() * kTruth[3]};
+    keyframe.image_motion->sqrt_information.setIdentity();
+    ForEachKind([&]<class Landmark>() {
+      const LandmarkIds<Landmark> ids = PartOf<Landmark>(keyframe);
+      for (const Id<Landmark> id : ids) {
+        if (id != kNoId) map.Forget(3_kf, id);
+      }
+    });
+  }
+
   void ExpectPoses(double tolerance) const {
     for (std::size_t i = 0; i < kTruth.size(); ++i) {
       const Pose& T_WC = map.keyframe(static_cast<KeyFrameId>(i))->T_WC;
@@ -63,6 +76,7 @@ class BundleAdjustment : public ::testing::Test {
   }
 
   const MeasurementModel model{IdealSensor(), {}};
+  const MeasurementModel on_body{IdealSensor(), {}, Pose::FromTangent({0.1, -0.2, 0}, {0.3, 0, 1})};
   const Scene scene;
   SceneMap scene_map;
   Map& map = scene_map.map;
@@ -100,22 +114,26 @@ TEST_F(BundleAdjustment, BringsKeyFramesAndLandmarksBackToTheTruth) {
 }
 
 TEST_F(BundleAdjustment, AKeyFrameWithoutLandmarksIsHeldByItsWholeImage) {
-  const MeasurementModel on_body{IdealSensor(), {}, Pose::FromTangent({0.1, -0.2, 0}, {0.3, 0, 1})};
-  KeyFrame& keyframe = *map.keyframe(3_kf);
-  keyframe.image_motion = {.reference = 2_kf, .T_reference_C = kTruth[2].Inverse() * kTruth[3]};
-  keyframe.image_motion->sqrt_information.setIdentity();
-  const std::vector<PointId> points = keyframe.points;
-  const std::vector<LineId> lines = keyframe.lines;
-  for (const PointId id : points) {
-    if (id != kNoId) map.Forget(3_kf, id);
-  }
-  for (const LineId id : lines) {
-    if (id != kNoId) map.Forget(3_kf, id);
-  }
+  LeaveOnlyTheWholeImageTo3();
   Perturb();
   ASSERT_TRUE(AdjustBundle(map, on_body, rest, first, thorough).usable);
   // As where landmarks hold all of them: the float pixels of segments.
   ExpectPoses(1e-6);
+}
+
+TEST_F(BundleAdjustment, AWholeImageHoldsAfterItsReferenceHasBeenRemoved) {
+  LeaveOnlyTheWholeImageTo3();
+  map.RemoveKeyFrame(2_kf, 1_kf);
+  Eigen::Matrix<double, 6, 1> off;
+  off << 0.02, -0.01, 0.02, 0.01, -0.01, 0.005;
+  for (const KeyFrameId id : {1_kf, 3_kf}) {
+    map.keyframe(id)->T_WC = map.keyframe(id)->T_WC.Plus(off);
+  }
+  const std::vector<KeyFrameId> left{1_kf, 3_kf};
+  ASSERT_TRUE(AdjustBundle(map, on_body, left, first, thorough).usable);
+  for (const std::size_t i : {1u, 3u}) {
+    EXPECT_LT(PositionError(map.keyframe(KeyFrameId(i))->T_WC, kTruth[i]), 1e-6) << i;
+  }
 }
 
 TEST_F(BundleAdjustment, APointOfOneKeyFrameMovesWithItAndHoldsNothing) {

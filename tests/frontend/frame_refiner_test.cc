@@ -141,6 +141,20 @@ TEST_F(FrameRefinerTest, RefinesThePoseByTheImageOfAFrameThatIsFusedWithAnImu) {
   EXPECT_LT(PositionError(frames.front().by_image->T_WC(scene_map.map), Truth(0)), kExact);
 }
 
+TEST_F(FrameRefinerTest, RefinesThePoseThatIsPredictedFromALateImage) {
+  const Pose moved = Pose::FromTangent({0.02, 0.01, 0}, {0, 0, 0.01});
+  FrameRefiner refiner = Make({});
+  const TrackedFrame tracked = MakeTracked(View(0), 0);
+  Add(refiner, tracked, KeyFrameId(1));
+  PosedFrame& frame = frames.front();
+  frame.by_image = frame.pose;
+  frame.delay = 33'000'000;
+  frame.pose = AnchoredPose::At(scene_map.map, keyframe_, tracked.T_WC * moved);
+  refiner.FinishAll(scene_map.map, {}, &frames);
+  EXPECT_LT(PositionError(frame.by_image->T_WC(scene_map.map), Truth(0)), kExact);
+  EXPECT_LT(PositionError(frame.pose.T_WC(scene_map.map), Truth(0) * moved), kExact);
+}
+
 TEST_F(FrameRefinerTest, DoesNothingWhereItIsOff) {
   FrameRefiner refiner = Make({.enabled = false});
   Add(refiner, MakeTracked(View(0), 0), KeyFrameId(1));

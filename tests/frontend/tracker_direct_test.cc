@@ -66,6 +66,16 @@ TEST_F(TrackerDirectTest, ASmearedImageIsHeldByAllOfIt) {
       1e-5 * tracked.information.norm());
 }
 
+TEST_F(TrackerDirectTest, WhereTheKeyframeDoesNotFitTheLastFrameHoldsAndStatesNoMotion) {
+  TrackerInSystem tracker(model, {});
+  Start(tracker);
+  KeyFrame& keyframe = *scene_map.map.keyframe(scene_map.map.keyframe_ids().back());
+  keyframe.T_WC = keyframe.T_WC * Pose::FromTangent({}, {0.0, 3.0, 0.0});
+  const TrackedFrame tracked = TrackSmeared(tracker);
+  ExpectAt(tracked, kNext, 0.005);
+  EXPECT_FALSE(tracked.image_motion);
+}
+
 TEST_F(TrackerDirectTest, WithoutItTheFrameIsLost) {
   TrackerOptions options;
   options.direct.enabled = false;

@@ -153,12 +153,15 @@ class BundleAdjuster::Problem {
     const auto loss = std::make_shared<ceres::HuberLoss>(kMostOfImageMotion);
     for (const KeyFrameId id : ids) {
       const std::optional<ImageMotion>& motion = map.keyframe(id)->image_motion;
-      const auto reference = poses_.find(motion ? motion->reference : kNoId);
-      if (reference == poses_.end()) continue;
+      if (!motion) continue;
+      const auto active =
+          map.ActiveKeyFrameOf(motion->reference);  // a removed one has a place in it
+      const auto reference = poses_.find(active ? active->first : kNoId);
+      if (reference == poses_.end() || reference->first == id) continue;
       const Variable<Pose> before = reference->second, after = poses_.at(id);
       if (graph_.IsFixed(before) && graph_.IsFixed(after)) continue;
       MapFactor between;  // of the cameras
-      between.poses = {{motion->reference, Pose()}, {id, Pose()}};
+      between.poses = {{active->first, active->second}, {id, Pose()}};
       between.cost =
           std::make_shared<RelativePose>(motion->T_reference_C, motion->sqrt_information);
       graph_.AddFactorToBlocks(std::make_unique<AnchoredCost>(between, model_.T_BC()), loss,

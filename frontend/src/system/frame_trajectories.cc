@@ -33,7 +33,9 @@ std::vector<MeasuredPose> ByTime(const std::vector<PosedFrame>& frames,
       poses.back().readings = frame.readings;
     }
     if (frame.delay > 0) {
-      poses.push_back({frame.stamp, frame.pose.T_WC(map), ImageInformation::Zero()});
+      const Pose T_WC = frame.pose.T_WC(map);
+      poses.push_back(
+          {frame.stamp, T_BC ? T_WC * T_BC->Inverse() : T_WC, ImageInformation::Zero()});
     }
   }
   // At the time of a late image another frame, which repeats one, may have an extrapolated pose.

@@ -259,7 +259,12 @@ void FrameRefiner::Finish(const Map& map, std::vector<PosedFrame>* frames) {
     // The frame stays anchored to the keyframe of its time: a younger keyframe, though it shares
     // more landmarks by now, may not have been adjusted yet.
     AnchoredPose& pose = frame->measured();
-    pose = AnchoredPose::At(map, pose.reference, found.pose.T_WC(map));
+    const Pose before = pose.T_WC(map), after = found.pose.T_WC(map);
+    pose = AnchoredPose::At(map, pose.reference, after);
+    if (frame->delay > 0) {  // its pose at the stamp is predicted from that of its late image
+      const Pose predicted = before.Inverse() * frame->pose.T_WC(map);
+      frame->pose = AnchoredPose::At(map, frame->pose.reference, after * predicted);
+    }
     frame->information = found.information;
     ++refined_;
     if (before_ && before_->stamp == found.stamp) before_ = *frame;

@@ -9,6 +9,16 @@
 #include "tracking/landmark_observations.h"
 
 namespace highwall {
+namespace {
+
+// known: in W, with its information along the axes of W.
+ImageMotion MotionFrom(const KeyFrame& reference, const PoseConstraint& known) {
+  ImageMotion motion{reference.id, reference.T_WC.Inverse() * known.T_WC, known.sqrt_information};
+  motion.sqrt_information.leftCols<3>() *= known.T_WC.R();
+  return motion;
+}
+
+}  // namespace
 
 WholeImageSource::WholeImageSource(const MapMatcher& matcher, const TrackerOptions& options,
                                    const TrackerParameters& parameters, const DepthGrid& grid,
@@ -39,13 +49,16 @@ PoseHypothesis WholeImageSource::Propose(const TrackingQuery& query) const {
   // Each such pose depends on the one before, or on a view that is left behind.
   const double held = ToSeconds(query.frame.stamp - state_.last_landmarks);
   if (reference == nullptr || held > ConstantVelocity::kLongestPrediction) return hypothesis;
-  const auto aligned = Align(query.frame, *reference);
+  auto aligned = AlignWith(*reference, query.frame);
+  // The last frame is no keyframe, and its own error is not part of the information.
+  const bool sees_keyframe = aligned.has_value();
+  if (!aligned) aligned = AlignWithLast(query.frame);
   if (!aligned) return hypothesis;
   const PoseConstraint& known = aligned->pose;
   hypothesis.prior = known;
   hypothesis.correlation = aligned->correlation;
-  ImageMotion motion{reference->id, reference->T_WC.Inverse() * known.T_WC, known.sqrt_information};
-  motion.sqrt_information.leftCols<3>() *= known.T_WC.R();
+  std::optional<ImageMotion> motion;
+  if (sees_keyframe) motion = MotionFrom(*reference, known);
   hypothesis.rough = MatchLandmarks(query.With(&known));
   if (hypothesis.rough) hypothesis.rough->image_motion = motion;
   TrackedFrame& bare = hypothesis.without_landmarks.emplace(Unmatched(query.frame, known.T_WC));
@@ -57,17 +70,17 @@ PoseHypothesis WholeImageSource::Propose(const TrackingQuery& query) const {
   return hypothesis;
 }
 
-std::optional<DirectAlignment> WholeImageSource::Align(const Frame& frame,
-                                                       const KeyFrame& reference) const {
-  const Pose expected = state_.Extrapolate(frame);
-  if (auto aligned = aligner_.Align(*reference.frame.features, reference.depth_grid, reference.T_WC,
-                                    *frame.features, expected)) {
-    return aligned;
-  }
+std::optional<DirectAlignment> WholeImageSource::AlignWith(const KeyFrame& reference,
+                                                           const Frame& frame) const {
+  return aligner_.Align(*reference.frame.features, reference.depth_grid, reference.T_WC,
+                        *frame.features, state_.Extrapolate(frame));
+}
+
+std::optional<DirectAlignment> WholeImageSource::AlignWithLast(const Frame& frame) const {
   const TrackedFrame& last = *state_.last;
   const FrameFeatures& features = *last.frame.features;
   return aligner_.Align(features, Standing(features.depth_grid, last.moving), last.T_WC,
-                        *frame.features, expected);
+                        *frame.features, state_.Extrapolate(frame));
 }
 
 std::optional<TrackedFrame> WholeImageSource::MatchLandmarks(const TrackingQuery& query) const {

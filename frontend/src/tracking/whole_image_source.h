@@ -29,7 +29,8 @@ class WholeImageSource : public PoseSource {
   PoseHypothesis Propose(const TrackingQuery& query) const override;
 
  private:
-  std::optional<DirectAlignment> Align(const Frame& frame, const KeyFrame& reference) const;
+  std::optional<DirectAlignment> AlignWith(const KeyFrame& reference, const Frame& frame) const;
+  std::optional<DirectAlignment> AlignWithLast(const Frame& frame) const;
   // Matches the landmarks of the reference keyframe and its neighbours around the pose that the
   // query predicts; empty if too few are consistent with it.
   std::optional<TrackedFrame> MatchLandmarks(const TrackingQuery& query) const;
