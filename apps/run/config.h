@@ -36,7 +36,8 @@ ResolvedConfig ResolveConfig(const std::string& choice, const std::filesystem::p
                              const DatasetOptions& options = {});
 
 // Resolves a --config that is not empty, for a camera that delivers images of this size [px], which
-// a file of another system need not state. Throws IoError as ReadSensor().
+// a file of another system need not state. Throws IoError as ReadSensor(), and for a name that is
+// neither a file nor a preset.
 ResolvedConfig ResolveCameraConfig(const std::string& choice, const cv::Size& image_size);
 
 // Returns the --config choice of a run, from "calibration" in its run.json. It is empty if the

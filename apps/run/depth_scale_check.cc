@@ -1,6 +1,5 @@
 #include "run/depth_scale_check.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include <fmt/core.h>
@@ -9,13 +8,15 @@ namespace highwall::apps {
 
 bool IsScaleMeaningful(const InertialReport& last) {
   constexpr double kSettled = 3e-3;  // [s] sigma of t_d
-  return last.status != InertialStatus::kGivenUp && last.time_offset_sigma < kSettled;
+  const bool is_used =
+      last.status == InertialStatus::kRunning || last.status == InertialStatus::kDeadReckoning;
+  return is_used && last.time_offset_sigma < kSettled;
 }
 
 std::optional<SensorFinding> CheckDepthScale(const DepthScale& scale, double depth_factor) {
   constexpr double kSmall = 0.05, kLarge = 0.1, kSigmas = 5.0;
   const double off = std::abs(scale.scale - 1.0);
-  if (off <= std::max(kSmall, kSigmas * scale.sigma)) return std::nullopt;
+  if (!(off > kSmall && off > kSigmas * scale.sigma)) return std::nullopt;
   return SensorFinding{
       SensorFault::kDepthScale, off > kLarge ? Trust::kNotTrusted : Trust::kDoubtful,
       fmt::format("by the IMU, depth reads {:.1f} % too {}",

@@ -12,8 +12,9 @@ namespace highwall::apps {
 // aligned with that of the images. last: of the last frame.
 bool IsScaleMeaningful(const InertialReport& last);
 
-// Returns a finding if the scale is wrong by more than 5 %, and by five standard deviations: a
-// right one, also 2 % off, is at most once in a thousand recordings. depth_factor: as configured.
+// Returns a finding if the scale is wrong by more than 5 % and by five standard deviations: a depth
+// that is right, or off by 2 %, gives one at most once in a thousand recordings. depth_factor: as
+// configured.
 std::optional<SensorFinding> CheckDepthScale(const DepthScale& scale, double depth_factor);
 
 }  // namespace highwall::apps

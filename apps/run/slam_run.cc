@@ -404,12 +404,13 @@ SensorVerdict VerdictOf(const SlamRun& run, const SlamRunOptions& options,
   const auto add = [&](const SensorFinding& finding) {
     if (verdict.Add(finding) && report) report(finding);
   };
-  // An IMU that contradicts the scale of the depth is given up as well.
-  const auto explains = [](const SensorFinding& finding) {
-    return IsOfImu(finding) || finding.fault == SensorFault::kDepthScale;
+  // While tracking, an IMU that contradicts the scale of the depth is given up as well.
+  const auto is_of_scale = [](const SensorFinding& finding) {
+    return finding.fault == SensorFault::kDepthScale;
   };
   if (run.inertial && run.inertial->last.status == InertialStatus::kGivenUp &&
-      std::ranges::none_of(verdict.findings, explains)) {
+      std::ranges::none_of(verdict.findings, IsOfImu) &&
+      std::ranges::none_of(tracked.findings, is_of_scale)) {
     add({SensorFault::kImuInconsistent, Trust::kDoubtful,
          "the IMU is not used: " + run.inertial->last.reason,
          "check the section imu of calibration.yaml with highwall calibrate"});

@@ -147,7 +147,7 @@ TEST(DepthCheck, SaysNothingOfRightImages) {
   ExpectNothing([](Image*) {});
 }
 
-// None of 40 draws has a finding: with 95 % confidence the rate is below 7 %. The limits are far
+// None of 40 draws has a finding: with 95 % confidence the rate is below 8 %. The limits are far
 // from what right images reach, which more draws than are affordable here would show.
 TEST(DepthCheck, RaisesNoFalseAlarmInDrawsOfRightImages) {
   for (unsigned seed = 101; seed <= 140; ++seed) {

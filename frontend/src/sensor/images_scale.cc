@@ -8,7 +8,7 @@ namespace {
 
 constexpr int kFewestArcs = 25;
 constexpr double kSignificantScale = 25.0;        // variances
-constexpr double kLeastRatio = 0.38;              // of log2: 1.3, with which an IMU in use copes
+constexpr double kLeastRatio = 0.37;              // of log2: 1.3, with which an IMU in use copes
 constexpr double kMostRatio = 5.0;                // of log2
 constexpr double kCoarse = 0.25, kFine = 0.0625;  // steps of log2
 // Of what a free fit explains: the part of it that a free fit of this kind must explain, and the

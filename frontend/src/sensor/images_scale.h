@@ -15,8 +15,8 @@ namespace highwall {
 // A_CB, lever_arm [m]: as configured (AccelerometerFit). Along a line through the configuration the
 // squared residuals, in variances, exceed those of the best ratio by chi-squared with one degree of
 // freedom, which is above 25 once in two million; what exceeds once in a thousand (11) is doubled
-// for errors of poses that last. strictness > 0: factor of this limit; below 1
-// where what contradicts the configuration most has been left out (ImuAlignment::Trim()).
+// for errors of poses that last. strictness > 0: factor of this limit; below 1 where what
+// contradicts the configuration most has been left out (ImuAlignment::Trim()).
 std::optional<double> ContradictedScale(const AccelerometerFit& fit, const Eigen::Matrix3d& A_CB,
                                         const Eigen::Vector3d& lever_arm, double strictness = 1.0);
 
