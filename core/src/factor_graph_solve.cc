@@ -120,7 +120,7 @@ SolveSummary FactorGraph::Impl::Run(const SolveOptions& options, ceres::Solver::
   SolveSummary summary = Summarize(of_ceres);
   if (callback.converged() && summary.IsUsable()) {
     summary.status = SolveStatus::kConverged;
-    summary.message = "the last step is predicted to gain less than function_tolerance";
+    summary.message = "a step is predicted to gain less than function_tolerance";
   }
   return summary;
 }

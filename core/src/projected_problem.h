@@ -31,8 +31,8 @@ class ProjectedProblem {
   // Whether the landmarks alone could hardly lower the cost, by at most this fraction of it, which
   // no stopping rule of Ceres sees. Without damping they do rest at each accepted step.
   bool LandmarksRest(double fraction) const { return projection_.LandmarksRest(fraction); }
-  // Whether the next step of all variables is predicted to decrease the cost by at most this
-  // fraction of it. False where factors without landmarks have a part in it.
+  // Whether the next steps of the unknowns and of the landmarks are each predicted to decrease the
+  // cost by at most this fraction of it. False where factors without landmarks have a part in it.
   bool Rests(double fraction) const {
     return others_.empty() && projection_.UnknownsRest(fraction) && LandmarksRest(fraction);
   }

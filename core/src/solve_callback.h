@@ -28,7 +28,7 @@ class SolveCallback final : public ceres::IterationCallback {
   bool converged() const { return converged_; }
 
  private:
-  // Tests the predicted decrease of the next step or, if that is unknown, of the last one: the
+  // Tests the predicted decrease of the next step, where it is known, and of the last one: the
   // actual decrease tested by Ceres also contains the decrease by steps of the landmarks alone,
   // mostly new ones, and would require another step.
   bool HasConverged(const ceres::IterationSummary& iteration) const {

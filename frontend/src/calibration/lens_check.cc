@@ -28,8 +28,8 @@ constexpr double kUnclearFocalTolerance = 0.05, kUnclearCentreTolerance = 0.1;
 constexpr int kManyKeyframes = 20;  // with fewer, twice as much: they may all look one way
 // The same of distortion, relative to the distance of the corners from the principal point.
 constexpr double kDistortionTolerance = 0.02;
-// A principal point this far from the middle of the image, of its side, is rare (of cropped images):
-// then less evidence suffices if the middle explains the images better.
+// A principal point this far from the middle of the image, of its side, is rare (cropped images
+// have it): then less evidence suffices if the middle explains the images better.
 constexpr double kFarCentre = 0.07, kSignificantCentre = 2.5, kLeastGrowthOfCentre = 0.0015;
 constexpr LensSigmas kMostSigmas{.focal = 0.05, .centre = 0.025};
 constexpr double kFarOffLens = 0.1;  // relative: poses are not to be trusted

@@ -32,8 +32,8 @@ constexpr double kMinGreySigma = 2.0;
 constexpr double kMaxSigma = 0.05;   // [m] a pose whose worst direction exceeds this is rejected
 constexpr double kMinOverlap = 0.3;  // share of the frame's depth that the reference must see
 // Number of readings with common noise: the patches of 9 x 9 cells, at every second cell, overlap
-// twenty-fold. Grey levels are independent, but where much is hidden or outside of one view, the
-// outlines of what is not have common errors.
+// twenty-fold. Grey levels are independent, but where one view hides much of the other, the
+// outlines of what both see have common errors.
 constexpr double kSharedNoise = 20.0;
 constexpr double kMostSeen = 2.0 / 3.0;  // overlap of views in which little is hidden
 

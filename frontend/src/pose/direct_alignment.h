@@ -44,8 +44,9 @@ class DirectAligner {
 
   // standing: the depth grid of the reference, 0 on dynamic objects, which are masked out. T_WC:
   // rough pose. Returns the pose with its information, in which readings with common noise count as
-  // one. Empty if the overlap is too small, the overlapping parts are not similar, the iteration
-  // does not converge, or a direction is unobservable.
+  // one; grey levels have it where the views overlap by less than two thirds. Empty if the overlap
+  // is too small, the overlapping parts are not similar, the iteration does not converge, or a
+  // direction is unobservable.
   std::optional<DirectAlignment> Align(const FrameFeatures& reference, const cv::Mat& standing,
                                        const Pose& T_WR, const FrameFeatures& features,
                                        const Pose& T_WC) const;
