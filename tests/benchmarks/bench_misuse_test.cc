@@ -22,7 +22,7 @@ TEST(BenchMisuse, JsonHoldsEveryStrengthOfAFaultWithItsErrorAndItsFindings) {
       Bench("--scenes room --seeds 1 --duration 0.5 --faults 'depth factor,unit of stamps' --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const json report = json::parse(outcome.out);
-  ASSERT_EQ(report["misuses"].size(), 5U);
+  ASSERT_EQ(report["misuses"].size(), 7U);
   for (const auto& [name, row] : report["misuses"].items()) {
     SCOPED_TRACE(name);
     ASSERT_EQ(row["runs"].size(), 1U);
@@ -34,7 +34,7 @@ TEST(BenchMisuse, JsonHoldsEveryStrengthOfAFaultWithItsErrorAndItsFindings) {
   }
   // Lengths are a fifth, so that the camera seems to have stayed where it began.
   EXPECT_GT(report["misuses"]["depth factor x 5"]["ape_over_right"], 2.0);
-  EXPECT_EQ(report["misuses_total"]["trials"], 5);
+  EXPECT_EQ(report["misuses_total"]["trials"], 7);
   EXPECT_EQ(report["right_total"]["trials"], 0) << "not asked for";
 }
 
