@@ -245,6 +245,26 @@ TEST(LensCheck, BelievesTheStatedLensWherePosesAndPointsAbsorbTheDifference) {
   EXPECT_TRUE(CompareLens(camera, estimate));
 }
 
+TEST(LensCheck, BelievesTheStatedLensWhereTheEstimateIsOfNoLens) {
+  PinholeCamera camera = IdealSensor().camera;
+  LensEstimate estimate{.intrinsics = {camera.fx, camera.fy, camera.cx, camera.cy},
+                        .sigma = Eigen::Vector4d::Constant(0.02 * camera.fx),
+                        .growth = Eigen::Vector4d::Constant(0.05),
+                        .keyframes = 60};
+  // One longer by 3 and the other shorter by 8 standard deviations.
+  estimate.intrinsics[0] *= 1.06;
+  estimate.intrinsics[1] *= 0.84;
+  EXPECT_FALSE(CompareLens(camera, estimate));
+  // Nearer to square pixels than what is stated.
+  camera.fx = 1.25 * estimate.intrinsics[0];
+  camera.fy = 0.75 * estimate.intrinsics[1];
+  EXPECT_TRUE(CompareLens(camera, estimate));
+  // Both shorter.
+  camera.fx = 1.25 * estimate.intrinsics[0];
+  camera.fy = 1.25 * estimate.intrinsics[1];
+  EXPECT_TRUE(CompareLens(camera, estimate));
+}
+
 TEST(CheckFarCentre, NeedsLessEvidenceThatACentreFarFromTheMiddleIsNearIt) {
   PinholeCamera camera = IdealSensor().camera;
   const double middle = 0.5 * (camera.width - 1.0);

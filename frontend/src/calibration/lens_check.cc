@@ -89,6 +89,18 @@ std::vector<Deviation> DeviationsOf(const PinholeCamera& camera, const LensEstim
   return all;
 }
 
+// Pixels are square, but for images that were stretched: a wrong calibration has focal lengths that
+// are both too long or too short, or whose ratio is wrong. An estimate of which one is longer and
+// the other shorter, and whose ratio is farther from 1, is that of images that contradict each
+// other.
+bool IsOfNoLens(const PinholeCamera& camera, const LensEstimate& estimate) {
+  constexpr double kSigmas = 2.0;  // each of both
+  const Eigen::Array2d stated(camera.fx, camera.fy), found = estimate.intrinsics.head<2>();
+  const Eigen::Array2d off = (found - stated) / estimate.sigma.head<2>().array();
+  return off.prod() < 0.0 && off.abs().minCoeff() > kSigmas &&
+         std::abs(std::log(found[0] / found[1])) > std::abs(std::log(stated[0] / stated[1]));
+}
+
 std::string TextOf(LensPart part, const PinholeCamera& camera, const LensEstimate& estimate) {
   const auto stated = [](double a, double b) {
     return " px, not " + RoundedText(a, 4) + " and " + RoundedText(b, 4);
@@ -145,7 +157,7 @@ LensEstimate Constrained(LensEstimate estimate, const PinholeCamera& camera,
 std::optional<SensorFinding> CompareLens(const PinholeCamera& camera,
                                          const LensEstimate& estimate) {
   const std::vector<Deviation> deviations = DeviationsOf(camera, estimate);
-  if (deviations.empty()) return std::nullopt;
+  if (deviations.empty() || IsOfNoLens(camera, estimate)) return std::nullopt;
   const Deviation& clearest = *std::ranges::max_element(deviations, {}, &Deviation::growth);
   const double worst = std::ranges::max_element(deviations, {}, &Deviation::relative)->relative;
   return SensorFinding{SensorFault::kLens,

@@ -23,7 +23,9 @@ LensEstimate Constrained(LensEstimate estimate, const PinholeCamera& camera,
 
 // Returns a finding if the lens of the model differs from the estimate significantly, by more than
 // calibrations of one camera do, and if the images show the difference (docs/misconfiguration.md,
-// Lens). The text is about the value whose deviation the images show most.
+// Lens). None if the estimate is of no lens: one focal length longer and the
+// other shorter than stated, and pixels less square. The text is about the value whose deviation
+// the images show most.
 std::optional<SensorFinding> CompareLens(const PinholeCamera& camera, const LensEstimate& estimate);
 
 // Returns a finding if the principal point is stated far from the middle of the image, where it
