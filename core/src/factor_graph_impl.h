@@ -234,8 +234,10 @@ struct FactorGraph::Impl {
 
   // The blocks that are estimated.
   struct Unknowns {
-    std::vector<double*> all, others;  // others: no landmarks
-    int other_dimensions = 0;          // tangent space
+    std::vector<double*> all, others;      // others: no landmarks
+    int other_dimensions = 0;              // tangent space
+    const std::type_info* type = nullptr;  // of the first of all
+    bool are_of_one_type = true;
     bool HasLandmarks() const { return all.size() > others.size(); }
   };
   Unknowns FindUnknowns() const {
@@ -243,6 +245,8 @@ struct FactorGraph::Impl {
     for (const VariableSlot& slot : variables) {
       if (slot.block == nullptr || slot.fixed) continue;
       unknowns.all.push_back(slot.block);
+      if (unknowns.type == nullptr) unknowns.type = slot.type;
+      if (*slot.type != *unknowns.type) unknowns.are_of_one_type = false;
       if (slot.landmark) continue;
       unknowns.others.push_back(slot.block);
       unknowns.other_dimensions += slot.tangent_size;

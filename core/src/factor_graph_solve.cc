@@ -8,6 +8,7 @@
 
 #include <highwall/internal/quiet_glog.h>
 #include "factor_graph_impl.h"
+#include "one_openmp_thread.h"
 #include "projected_problem.h"
 #include "solve_callback.h"
 
@@ -77,6 +78,15 @@ SolveStatus ToStatus(ceres::TerminationType type) {
   }
 }
 
+// Ceres knows only that a callback ended the solve.
+SolveSummary WithConvergenceOf(const internal::SolveCallback& callback, SolveSummary summary) {
+  if (callback.converged() && summary.IsUsable()) {
+    summary.status = SolveStatus::kConverged;
+    summary.message = "a step is predicted to gain less than function_tolerance";
+  }
+  return summary;
+}
+
 }  // namespace
 
 SolveSummary FactorGraph::Impl::Summarize(const ceres::Solver::Summary& ceres_summary) {
@@ -99,30 +109,29 @@ SolveSummary FactorGraph::Impl::Summarize(const ceres::Solver::Summary& ceres_su
 
 SolveSummary FactorGraph::Impl::RunWhole(const SolveOptions& options,
                                          ceres::Solver::Options solver) {
-  internal::SolveCallback callback(options, faults, nullptr);
+  internal::SolveCallback callback(options, faults,
+                                   {.by_gradients = FindUnknowns().are_of_one_type});
   solver.callbacks = {&callback};
   CompleteProblem();
-  ceres::Solver::Summary summary;
-  const internal::QuietGlog quiet;
-  ceres::Solve(solver, &problem, &summary);
-  return Summarize(summary);
+  ceres::Solver::Summary of_ceres;
+  {
+    const internal::QuietGlog quiet;
+    const internal::OneOpenMpThread one_thread(options.threads == 1);
+    ceres::Solve(solver, &problem, &of_ceres);
+  }
+  return WithConvergenceOf(callback, Summarize(of_ceres));
 }
 
 SolveSummary FactorGraph::Impl::Run(const SolveOptions& options, ceres::Solver::Options solver,
                                     internal::ProjectedProblem& projected) {
-  internal::SolveCallback callback(options, faults, &projected);
+  internal::SolveCallback callback(options, faults, {.projected = &projected});
   solver.callbacks = {&callback};
   ceres::Solver::Summary of_ceres;
   {
     const internal::QuietGlog quiet;
     projected.Solve(solver, &of_ceres);
   }
-  SolveSummary summary = Summarize(of_ceres);
-  if (callback.converged() && summary.IsUsable()) {
-    summary.status = SolveStatus::kConverged;
-    summary.message = "a step is predicted to gain less than function_tolerance";
-  }
-  return summary;
+  return WithConvergenceOf(callback, Summarize(of_ceres));
 }
 
 SolveSummary FactorGraph::Impl::Continue(const SolveOptions& options, ceres::Solver::Options solver,

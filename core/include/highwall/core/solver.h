@@ -30,11 +30,12 @@ enum class LinearSolver {
   kVariableProjection,
 };
 
-// Options of the Levenberg-Marquardt solver; the stopping rules are those of Ceres plus one of
-// kCompactSchur and kVariableProjection.
+// Options of the Levenberg-Marquardt solver. The stopping rules are those of Ceres; kCompactSchur,
+// kVariableProjection and a solve for variables of one type also end when the next step is
+// predicted to gain less than function_tolerance.
 struct SolveOptions {
-  int max_iterations = 50;                   // >= 0
-  int threads = 1;                           // >= 1; 1 gives bit-equal results on every run
+  int max_iterations = 50;  // >= 0
+  int threads = 1;  // >= 1; 1 gives bit-equal results on every run, and OpenMP no thread either
   double max_seconds = 1e6;                  // [s] > 0
   double function_tolerance = 1e-6;          // >= 0; relative decrease of the cost
   double gradient_tolerance = 1e-10;         // >= 0; largest entry of the projected gradient
