@@ -41,10 +41,12 @@ constexpr double kMostSeen = 2.0 / 3.0;  // overlap of views in which little is 
 // remaining pose error.
 struct Stage {
   double blur;       // [cells] standard deviation; 0: none
+  int spacing;       // [cells] of the readings, below the blur: finer ones repeat each other
   double gate;       // [m]
   double converged;  // [m, rad] norm of the last step
 };
-constexpr std::array<Stage, 3> kStages{{{4.0, 0.2, 1e-3}, {2.0, 0.08, 3e-4}, {0.0, 0.03, 1e-4}}};
+constexpr std::array<Stage, 3> kStages{
+    {{4.0, 3, 0.2, 1e-3}, {2.0, 1, 0.08, 3e-4}, {0.0, 1, 0.03, 1e-4}}};
 constexpr int kSteps = 15;         // per stage, each with new associations
 constexpr int kIterations = 2;     // per step
 constexpr double kSettled = 1e-3;  // [m, rad] maximum norm of the last step, else no convergence
@@ -203,8 +205,10 @@ class Alignment {
     const GreyImage reference(reference_.gray_grid, stage.blur);
     const GreyImage own(features_.gray_grid, stage.blur);
     for (int step = 0; step < kSteps; ++step) {
-      const GreyPairs pairs = Pair(reference, own, stage.gate);
-      if (static_cast<int>(pairs.own.size()) < kMinPairs) return false;
+      const GreyPairs pairs = Pair(reference, own, stage);
+      if (static_cast<int>(pairs.own.size()) * stage.spacing * stage.spacing < kMinPairs) {
+        return false;
+      }
       std::vector<PointToPlaneRow> planes =
           MatchPatches(patches, features_.depth_grid, {}, T_RC_, grid_, noise_, stage.gate);
       planes_ = static_cast<int>(planes.size());
@@ -222,11 +226,15 @@ class Alignment {
         break;
       }
     }
-    if (last_step_ > kSettled) return false;
-    const GreyPairs pairs = Pair(reference, own, stage.gate);
+    return last_step_ <= kSettled;
+  }
+
+  // Compares the grey levels at the pose that was found, without blur.
+  void Compare() {
+    const GreyImage reference(reference_.gray_grid, 0.0), own(features_.gray_grid, 0.0);
+    const GreyPairs pairs = Pair(reference, own, kStages.back());
     likeness_ = pairs.Compare();
     overlap_ = pairs.readings > 0 ? static_cast<double>(pairs.own.size()) / pairs.readings : 0.0;
-    return true;
   }
 
   const Pose& T_RC() const { return T_RC_; }
@@ -256,11 +264,11 @@ class Alignment {
     return false;
   }
 
-  GreyPairs Pair(const GreyImage& reference, const GreyImage& own, double gate) const {
+  GreyPairs Pair(const GreyImage& reference, const GreyImage& own, const Stage& stage) const {
     GreyPairs pairs;
     const cv::Mat& depth = features_.depth_grid;
-    for (int v = 0; v < depth.rows; ++v) {
-      for (int u = 0; u < depth.cols; ++u) {
+    for (int v = 0; v < depth.rows; v += stage.spacing) {
+      for (int u = 0; u < depth.cols; u += stage.spacing) {
         const float z = depth.at<float>(v, u);
         if (z <= 0.0F) continue;
         ++pairs.readings;
@@ -270,7 +278,7 @@ class Alignment {
         Eigen::Vector2d gradient;
         if (p_R.z() <= 0.0) continue;
         const Eigen::Vector2d uv = grid_.camera().Project(p_R);
-        if (!reference.At(uv, &value, &gradient) || IsHidden(uv, p_R.z(), gate)) continue;
+        if (!reference.At(uv, &value, &gradient) || IsHidden(uv, p_R.z(), stage.gate)) continue;
         pairs.p_C.push_back(p_C);
         pairs.own.push_back(own.Of({u, v}));
         pairs.other.push_back(value);
@@ -359,6 +367,7 @@ std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& referen
     if (!alignment.Refine(patches, stage)) return std::nullopt;
   }
   if (alignment.planes() < min_planes_) return std::nullopt;
+  alignment.Compare();
   if (alignment.overlap() < kMinOverlap) return std::nullopt;
   if (alignment.correlation() < min_correlation_) return std::nullopt;
   // A step of the position is in R there, in W here.
