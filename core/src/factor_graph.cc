@@ -114,7 +114,7 @@ FactorId FactorGraph::AddFactorToBlocks(std::shared_ptr<ceres::CostFunction> fac
   slot.joins_landmarks =
       std::count_if(variables.begin(), variables.end(),
                     [&](const VariableId& v) { return impl_->variables[v.index].landmark; }) > 1;
-  slot.variables.assign(variables.begin(), variables.end());
+  slot.variables.Assign(variables);
   impl_->Attach(slot);
   return impl_->IdOf(slot);
 }
@@ -129,7 +129,7 @@ void FactorGraph::RemoveFactor(const FactorId& factor) {
   }
   Impl::FactorSlot& slot = impl_->AtSuspended(id);
   slot.state = Impl::FactorState::kFree;
-  slot.variables.clear();
+  slot.variables.Clear();
   slot.guarded.reset();
   slot.factor.reset();
   slot.loss.reset();
@@ -179,8 +179,9 @@ const std::vector<FactorId>& FactorGraph::FactorsOf(const VariableId& variable) 
   return impl_->At(variable).factors;
 }
 
-const std::vector<VariableId>& FactorGraph::VariablesOf(const FactorId& factor) const {
-  return impl_->At(factor).variables;
+std::vector<VariableId> FactorGraph::VariablesOf(const FactorId& factor) const {
+  const internal::VariableList& variables = impl_->At(factor).variables;
+  return {variables.begin(), variables.end()};
 }
 
 const ceres::CostFunction& FactorGraph::Factor(const FactorId& factor) const {

@@ -22,6 +22,7 @@
 #include "guarded_factor.h"
 #include "landmark_problem.h"
 #include "projected_problem.h"
+#include "variable_list.h"
 
 namespace highwall {
 namespace internal {
@@ -39,6 +40,8 @@ struct VariableSlot {
   std::vector<FactorId> factors;
 };
 
+constexpr std::size_t kUsualFactors = 8;  // of a landmark
+
 enum class FactorState { kFree, kActive, kSuspended };
 
 struct FactorSlot {
@@ -46,7 +49,7 @@ struct FactorSlot {
   ceres::ResidualBlockId residual = nullptr;  // null: not in the problem
   std::uint32_t generation = 0;
   bool joins_landmarks = false;  // more than one
-  std::vector<VariableId> variables;
+  internal::VariableList variables;
   std::shared_ptr<ceres::CostFunction> factor;
   std::unique_ptr<internal::GuardedFactor> guarded;  // null before it was in the problem
   std::shared_ptr<ceres::LossFunction> loss;
@@ -108,7 +111,11 @@ struct FactorGraph::Impl {
     slot.state = FactorState::kActive;
     ++active_factors;
     const FactorId factor = IdOf(slot);
-    for (const VariableId& id : slot.variables) variables[id.index].factors.push_back(factor);
+    for (const VariableId& id : slot.variables) {
+      std::vector<FactorId>& of_variable = variables[id.index].factors;
+      if (of_variable.empty()) of_variable.reserve(internal::kUsualFactors);
+      of_variable.push_back(factor);
+    }
     pending_factors.push_back(factor.index);
   }
   void Detach(FactorSlot& slot) {

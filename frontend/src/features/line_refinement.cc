@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <numeric>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include <Eigen/LU>
@@ -73,8 +75,16 @@ void SortByLength(std::vector<LineSegment>* segments) {
 // Segments by the sector of their direction.
 class Directions {
  public:
-  explicit Directions(const std::vector<LineSegment>& segments) : count_(segments.size()) {
-    for (std::size_t i = 0; i < segments.size(); ++i) sectors_[SectorOf(segments[i])].push_back(i);
+  explicit Directions(const std::vector<LineSegment>& segments) : sorted_(segments.size()) {
+    std::vector<std::size_t> sectors;
+    sectors.reserve(segments.size());
+    for (const LineSegment& segment : segments) {
+      sectors.push_back(SectorOf(segment));
+      ++ends_[sectors.back()];
+    }
+    std::partial_sum(ends_.begin(), ends_.end(), ends_.begin());
+    auto next = ends_;  // downwards
+    for (std::size_t i = segments.size(); i-- > 0;) sorted_[--next[sectors[i]]] = i;
   }
 
   // Returns the first segment of those from `begin` on that are within 5 degrees of the direction
@@ -83,10 +93,10 @@ class Directions {
   template <class Predicate>
   std::size_t FindParallel(const LineSegment& segment, std::size_t begin,
                            const Predicate& fits) const {
-    std::size_t found = count_;
+    std::size_t found = sorted_.size();
     const std::size_t middle = SectorOf(segment);
     for (std::size_t k = 0; k < 3; ++k) {  // the sector and its neighbours
-      const auto& sector = sectors_[(middle + kSectors - 1 + k) % kSectors];
+      const std::span<const std::size_t> sector = Sector((middle + kSectors - 1 + k) % kSectors);
       auto i = std::lower_bound(sector.begin(), sector.end(), begin);
       while (i != sector.end() && *i < found && !fits(*i)) ++i;
       if (i != sector.end()) found = std::min(found, *i);
@@ -104,8 +114,13 @@ class Directions {
     return static_cast<std::size_t>(share * kSectors) % kSectors;
   }
 
-  std::size_t count_;
-  std::array<std::vector<std::size_t>, kSectors> sectors_;  // each in ascending order
+  std::span<const std::size_t> Sector(std::size_t sector) const {
+    const std::size_t begin = sector > 0 ? ends_[sector - 1] : 0;
+    return std::span(sorted_).subspan(begin, ends_[sector] - begin);
+  }
+
+  std::vector<std::size_t> sorted_;           // by sector, in each in ascending order
+  std::array<std::size_t, kSectors> ends_{};  // of each sector in sorted_
 };
 
 // Gradient across an edge at pixels -3 to 3.

@@ -24,6 +24,7 @@ constexpr int kPatchRadius = 15;  // [px] of the intensity centroid, Rublee et a
 constexpr int kPatchSize = 31;    // [px] of the descriptor
 constexpr int kBorder = 17;       // [px] corners closer to the edge of a level are not used
 constexpr int kCellSize = 32;     // [px of the level] searched again if FAST finds nothing
+constexpr int kCornerArea = 64;   // [px] per corner, of an image of rich texture
 constexpr int kMinLevelSide = 2 * kBorder + 8;  // [px] smallest level that is searched
 
 // Returns half the chord of the circular patch in each row.
@@ -95,6 +96,7 @@ void FillEmptyCells(const cv::Mat& image, int size, int threshold,
 std::vector<cv::KeyPoint> DetectCorners(const cv::Mat& image, const OrbExtractorOptions& options) {
   if (!IsSearched(image)) return {};
   std::vector<cv::KeyPoint> corners;
+  corners.reserve(static_cast<std::size_t>(SearchArea(image).area() / kCornerArea));
   internal::FastCorners().Append(image, SearchArea(image), options.fast_threshold, &corners);
   if (options.min_fast_threshold < options.fast_threshold) {
     FillEmptyCells(image, kCellSize, options.min_fast_threshold, &corners);

@@ -39,7 +39,9 @@ cv::KeyPoint Unpack(Key key) {
 class SquareSuppression {
  public:
   SquareSuppression(const std::vector<Key>& sorted, int count, const cv::Rect& area)
-      : sorted_(sorted), count_(static_cast<std::size_t>(count)), area_(area) {}
+      : sorted_(sorted), count_(static_cast<std::size_t>(count)), area_(area) {
+    survivors_.reserve(count_);
+  }
 
   // Returns the first `count` survivors.
   const std::vector<Key>& Survivors(float radius) {

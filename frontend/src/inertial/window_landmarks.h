@@ -39,7 +39,7 @@ struct WindowPointView {
 struct WindowLineView {
   int frame = 0;
   WindowLoss loss{};
-  std::unique_ptr<const ceres::CostFunction> factor;  // of T_VF and the line, up to 4 rows
+  std::shared_ptr<const ceres::CostFunction> factor;  // of T_VF and the line, up to 4 rows
   bool inside = true;
 };
 

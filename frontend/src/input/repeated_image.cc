@@ -41,6 +41,7 @@ bool RepeatedImage::Update(const cv::Mat& bgr) {
   HIGHWALL_REQUIRE(bgr.type() == CV_8UC3, "RepeatedImage: the image must be CV_8UC3");
   const int step = std::max(1, std::max(bgr.cols, bgr.rows) / kPlaces);
   std::vector<std::uint8_t> samples;
+  samples.reserve(samples_.size());
   std::int64_t texture = 0;
   for (int v = 1 + (step - 1) / 2; v < bgr.rows - 1; v += step) {
     for (int u = 1 + (step - 1) / 2; u < bgr.cols - 1; u += step) {

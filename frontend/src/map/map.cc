@@ -8,31 +8,34 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <span>
+
+#include <opencv2/core/utility.hpp>
 
 namespace highwall {
 namespace {
 
-int Hamming(const BinaryDescriptor256& a, const BinaryDescriptor256& b) {
-  return HammingDistance(a.data(), b.data());
-}
+// Observations of a point up to this number need no memory from the heap.
+constexpr std::size_t kUsualObservations = 64;
 
-// Returns the descriptor with the smallest median distance to the others.
-BinaryDescriptor256 MostCentral(const std::vector<BinaryDescriptor256>& descriptors) {
+// Returns the index of the descriptor with the smallest median distance to the others.
+std::size_t MostCentral(std::span<const std::uint8_t* const> descriptors) {
   std::size_t best = 0;
   int best_median = std::numeric_limits<int>::max();
-  std::vector<int> distances;
-  distances.reserve(descriptors.size());
+  cv::AutoBuffer<int, kUsualObservations> distances(descriptors.size());
   for (std::size_t i = 0; i < descriptors.size(); ++i) {
-    distances.clear();
-    for (const auto& other : descriptors) distances.push_back(Hamming(descriptors[i], other));
-    const auto middle = distances.begin() + static_cast<std::ptrdiff_t>((distances.size() - 1) / 2);
-    std::nth_element(distances.begin(), middle, distances.end());
+    std::ranges::transform(descriptors, distances.data(), [&](const std::uint8_t* other) {
+      return HammingDistance(descriptors[i], other);
+    });
+    int* const end = distances.data() + descriptors.size();
+    int* const middle = distances.data() + (descriptors.size() - 1) / 2;
+    std::nth_element(distances.data(), middle, end);
     if (*middle < best_median) {
       best_median = *middle;
       best = i;
     }
   }
-  return descriptors[best];
+  return best;
 }
 
 }  // namespace
@@ -184,15 +187,16 @@ bool Map::AddFactor(MapFactor factor) {
 void Map::RefreshPoint(PointId id, const PyramidOptions& pyramid) {
   MapPoint* p = Find(id);
   if (p == nullptr || p->observations.empty()) return;
-  std::vector<BinaryDescriptor256> descriptors;
-  descriptors.reserve(p->observations.size());
+  cv::AutoBuffer<const std::uint8_t*, kUsualObservations> descriptors(p->observations.size());
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
-  for (const Observation& o : p->observations) {
+  for (std::size_t i = 0; i < p->observations.size(); ++i) {
+    const Observation& o = p->observations[i];
     const KeyFrame& kf = *keyframe(o.keyframe);
-    descriptors.push_back(DescriptorRow(kf.frame.features->point_descriptors, o.index));
+    descriptors[i] = kf.frame.features->point_descriptors.ptr(o.index);
     normal += (p->p_W - kf.T_WC.p()).normalized();
   }
-  p->descriptor = MostCentral(descriptors);
+  const std::size_t central = MostCentral({descriptors.data(), descriptors.size()});
+  std::copy_n(descriptors[central], p->descriptor.size(), p->descriptor.begin());
   p->normal_W = normal.normalized();
 
   // The latest observation determines the distance at which the corner matches a pyramid level.

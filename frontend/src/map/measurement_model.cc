@@ -143,43 +143,43 @@ std::array<ProjectionRows<2>, 2> MeasurementModel::Rows(const LineFeature& featu
   return rows;
 }
 
-std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
+std::shared_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
     const PointFeature& feature) const {
   return MakeFactor(feature, body_projection_);
 }
 
-std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
+std::shared_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
     const LineFeature& feature) const {
   return MakeFactor(feature, body_projection_);
 }
 
-std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(const PointFeature& feature,
+std::shared_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(const PointFeature& feature,
                                                                   const Pose& T_BC) const {
   return MakeFactor(feature, ProjectionAt(T_BC));
 }
 
-std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(const LineFeature& feature,
+std::shared_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(const LineFeature& feature,
                                                                   const Pose& T_BC) const {
   return MakeFactor(feature, ProjectionAt(T_BC));
 }
 
-std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
+std::shared_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
     const PointFeature& feature, const RgbdProjection& projection) const {
   if (feature.depth > 0.0) {
-    return std::make_unique<PointReprojectionRgbd>(Measurement(feature), SqrtInformation(feature),
+    return std::make_shared<PointReprojectionRgbd>(Measurement(feature), SqrtInformation(feature),
                                                    projection);
   }
-  return std::make_unique<PointReprojection>(
+  return std::make_shared<PointReprojection>(
       feature.uv, Eigen::Matrix2d(Eigen::Matrix2d::Identity() / PointSigma(feature)), projection);
 }
 
-std::unique_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
+std::shared_ptr<ceres::CostFunction> MeasurementModel::MakeFactor(
     const LineFeature& feature, const RgbdProjection& projection) const {
   if (feature.segment_C) {
-    return std::make_unique<OrthonormalLineReprojectionRgbd>(Measurement(feature), Noise(feature),
+    return std::make_shared<OrthonormalLineReprojectionRgbd>(Measurement(feature), Noise(feature),
                                                              options_.weighting, projection);
   }
-  return std::make_unique<OrthonormalLineReprojection>(
+  return std::make_shared<OrthonormalLineReprojection>(
       End(feature.segment.s), End(feature.segment.e), LineSigma(feature), projection);
 }
 

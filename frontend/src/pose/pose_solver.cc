@@ -188,7 +188,9 @@ class PoseProblem {
   PerKind<PoseInliers> Inliers() const {
     PerKind<PoseInliers> inliers;
     ForEachKind([&]<class Landmark>() {
-      for (const int rows : PartOf<Landmark>(used_)) PartOf<Landmark>(inliers).push_back(rows > 0);
+      const std::vector<int>& used = PartOf<Landmark>(used_);
+      PartOf<Landmark>(inliers).reserve(used.size());
+      for (const int rows : used) PartOf<Landmark>(inliers).push_back(rows > 0);
     });
     return inliers;
   }
@@ -197,6 +199,7 @@ class PoseProblem {
   double Depth(const Pose& T) const {
     Project(T);
     std::vector<double> depths;
+    depths.reserve(seen_.points.size() + seen_.lines.size());
     ForEachKind([&]<class Landmark>() {
       const std::vector<int>& used = PartOf<Landmark>(used_);
       for (std::size_t i = 0; i < used.size(); ++i) {

@@ -1,8 +1,8 @@
 #include "sensor/keyframe_row_times.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <map>
 #include <utility>
 #include <vector>
 
@@ -30,15 +30,20 @@ class LandmarkShifts {
         const auto shift =
             ShiftOf(PartOf<Landmark>(before)[i], PartOf<Landmark>(after)[i], camera_);
         if (!shift) continue;
-        PartOf<Landmark>(sums_).try_emplace(landmarks[i], Eigen::Vector3d::Zero()).first->second +=
-            R_WC * *shift;
+        PartOf<Landmark>(shifts_).emplace_back(landmarks[i], R_WC * *shift);
       }
     });
   }
 
-  void Apply(Map* map) const {
+  void Apply(Map* map) {
     ForEachKind([&]<class Landmark>() {
-      for (const auto& [id, sum] : PartOf<Landmark>(sums_)) {
+      Shifts<Landmark>& shifts = PartOf<Landmark>(shifts_);
+      const auto id_of = [](const auto& shift) { return shift.first; };
+      std::ranges::stable_sort(shifts, {}, id_of);
+      for (auto begin = shifts.begin(); begin != shifts.end();) {
+        const Id<Landmark> id = begin->first;
+        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+        for (; begin != shifts.end() && begin->first == id; ++begin) sum += begin->second;
         Landmark* const landmark = map->Find(id);
         if (landmark == nullptr) continue;
         LandmarkTraits<Landmark>::Shift(sum / Measured(*map, *landmark), *landmark);
@@ -48,7 +53,7 @@ class LandmarkShifts {
 
  private:
   template <class Landmark>
-  using Sums = std::map<Id<Landmark>, Eigen::Vector3d>;  // [m] in W
+  using Shifts = std::vector<std::pair<Id<Landmark>, Eigen::Vector3d>>;  // [m] in W
 
   // Returns the number of keyframes that measured the depth of the landmark.
   template <class Landmark>
@@ -64,7 +69,7 @@ class LandmarkShifts {
   }
 
   const PinholeCamera& camera_;
-  PerKind<Sums> sums_;
+  PerKind<Shifts> shifts_;
 };
 
 bool IsBeyondSigma(const FrameTimingEstimate& estimate, const FrameTiming& from) {

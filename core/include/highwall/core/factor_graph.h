@@ -117,9 +117,9 @@ class FactorGraph {
   bool Contains(const FactorId& factor) const;
   std::size_t NumVariables() const;
   std::size_t NumFactors() const;
-  // In the order of insertion. Both references are valid until a factor is added or removed.
+  // In the order of insertion; valid until a factor is added or removed.
   const std::vector<FactorId>& FactorsOf(const VariableId& variable) const;
-  const std::vector<VariableId>& VariablesOf(const FactorId& factor) const;
+  std::vector<VariableId> VariablesOf(const FactorId& factor) const;
   const ceres::CostFunction& Factor(const FactorId& factor) const;
   // Returns the reason why the factor cannot be evaluated at the current values, with its type and
   // its variables; empty if it can be evaluated.

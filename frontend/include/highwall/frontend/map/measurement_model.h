@@ -52,8 +52,7 @@ class MeasurementModel {
   double PointSigma(int octave) const;
   // [px] of u and v of this feature, undistorted.
   double PointSigma(const PointFeature& feature) const {
-    return PointSigma(feature.octave) * static_cast<double>(feature.noise.px) *
-           Stretch(feature.uv);
+    return PointSigma(feature.octave) * static_cast<double>(feature.noise.px) * Stretch(feature.uv);
   }
   // [px] of an end of this segment, across it.
   double LineSigma(const LineFeature& feature) const;
@@ -73,13 +72,13 @@ class MeasurementModel {
   static int Dimension(const LineFeature& feature) { return feature.segment_C ? 4 : 2; }
 
   // Blocks: T_WB, p_W.
-  std::unique_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature) const;
+  std::shared_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature) const;
   // Blocks: T_WB, OrthonormalLine.
-  std::unique_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature) const;
+  std::shared_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature) const;
   // The same for this camera at T_BC on another body, such as a keyframe on the map.
-  std::unique_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature,
+  std::shared_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature,
                                                   const Pose& T_BC) const;
-  std::unique_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature,
+  std::shared_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature,
                                                   const Pose& T_BC) const;
 
  private:
@@ -88,18 +87,18 @@ class MeasurementModel {
   RgbdSegment Measurement(const LineFeature& feature) const;
   SegmentNoise Noise(const LineFeature& feature) const;
   RgbdProjection ProjectionAt(const Pose& T_BC) const;
-  std::unique_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature,
+  std::shared_ptr<ceres::CostFunction> MakeFactor(const PointFeature& feature,
                                                   const RgbdProjection& projection) const;
-  std::unique_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature,
+  std::shared_ptr<ceres::CostFunction> MakeFactor(const LineFeature& feature,
                                                   const RgbdProjection& projection) const;
 
   MeasurementOptions options_;
   MatchingOptions matching_;
   PyramidOptions pyramid_;
   std::array<double, 16> scales_;  // by octave
-  PinholeCamera lens_;    // with its distortion
-  PinholeCamera camera_;  // without
-  double reach_ = 0.0;    // squared distance from the axis at z = 1 of the image's farthest corner
+  PinholeCamera lens_;             // with its distortion
+  PinholeCamera camera_;           // without
+  double reach_ = 0.0;  // squared distance from the axis at z = 1 of the image's farthest corner
   VirtualRightCamera right_;
   DepthNoise noise_;
   Pose T_BC_;
