@@ -162,6 +162,7 @@ DepthSurfaces FindSurfaces(const cv::Mat& cells, double link) {
     return all.contains(cell) && cells.at<float>(cell) > 0.0F && labels.at<int>(cell) < 0;
   };
   std::vector<cv::Point> surface;
+  surface.reserve(cells.total());
   for (int v = 0; v < cells.rows; ++v) {
     for (int u = 0; u < cells.cols; ++u) {
       if (!is_free({u, v})) continue;

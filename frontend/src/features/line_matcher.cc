@@ -236,6 +236,7 @@ std::vector<FeatureMatch> RejectByMad(const std::vector<FeatureMatch>& matches,
     limit = options.mad_k * std::sqrt(variance);
   }
   std::vector<FeatureMatch> kept;
+  kept.reserve(matches.size());
   for (std::size_t i = 0; i < matches.size(); ++i) {
     if (deviations[i] <= limit) kept.push_back(matches[i]);
   }

@@ -14,11 +14,13 @@ namespace {
 LandmarkMatches<MapPoint> Matched(const MeasurementModel& model, const FrameFeatures& features,
                                   const std::vector<ProjectedPoint>& projections,
                                   const std::vector<bool>& taken, double ratio) {
+  const auto found = MatchProjections(features, projections, taken,
+                                      {.max_hamming = model.options().max_hamming.projection,
+                                       .ratio = ratio,
+                                       .max_angle_diff = model.matching().max_angle_diff});
   LandmarkMatches<MapPoint> matches;
-  for (const auto& m : MatchProjections(features, projections, taken,
-                                        {.max_hamming = model.options().max_hamming.projection,
-                                        .ratio = ratio,
-                                        .max_angle_diff = model.matching().max_angle_diff})) {
+  matches.reserve(found.size());
+  for (const auto& m : found) {
     matches.emplace_back(m.feature, projections[static_cast<std::size_t>(m.projection)].id);
   }
   return matches;
@@ -69,6 +71,7 @@ LandmarkMatches<MapPoint> MapMatcher::Match(const FrameFeatures& features, const
   const Eigen::Matrix3d R_CW = T_CW.R();
   std::vector<ProjectedPoint> projections;
   projections.reserve(points.size());
+  if (visible != nullptr) visible->reserve(visible->size() + points.size());
   for (const PointId id : points) {
     const MapPoint* point = map.Find(id);
     if (point == nullptr) continue;
@@ -107,6 +110,7 @@ LandmarkMatches<MapLine> MapMatcher::Match(const FrameFeatures& features, const 
   std::vector<LineId> predicted_ids;
   predicted.segments.reserve(lines.size());
   predicted_ids.reserve(lines.size());
+  if (visible != nullptr) visible->reserve(visible->size() + lines.size());
   for (const LineId id : lines) {
     const MapLine* line = map.Find(id);
     if (line == nullptr) continue;

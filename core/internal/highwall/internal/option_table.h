@@ -86,23 +86,38 @@ template <class Field>
 concept RangedOption = std::is_arithmetic_v<Field> && !std::is_same_v<Field, bool> &&
                        !std::is_unsigned_v<Field>;  // unsigned: a seed
 
+// Name of a group of options among its owners, "Options::group", which only an error composes.
+struct OptionPath {
+  const OptionPath* owner = nullptr;
+  std::string_view name;
+
+  std::string ToString() const {
+    return (owner != nullptr ? owner->ToString() + "::" : "") + std::string(name);
+  }
+};
+
 // Throws InvalidArgument for a field that is out of its range, "name::field must be > 0, is -1",
 // and the exceptions of its groups of options.
 template <class Options>
+void RequireInRange(const Options& options, const OptionPath& path) {
+  ForEachOption(options,
+                [&](std::string_view field, const auto& value, const OptionRange& range = {}) {
+                  using Field = std::remove_cvref_t<decltype(value)>;
+                  const OptionPath of_field{&path, field};
+                  if constexpr (requires { value.Validate(); }) {
+                    value.Validate();
+                  } else if constexpr (std::is_class_v<Field>) {
+                    RequireInRange(value, of_field);
+                  } else if constexpr (RangedOption<Field>) {
+                    HIGHWALL_REQUIRE(range.Contains(static_cast<double>(value)),
+                                     of_field.ToString() + " must be " + range.ToString() +
+                                         ", is " + FormatOption(static_cast<double>(value)));
+                  }
+                });
+}
+template <class Options>
 void RequireInRange(const Options& options, std::string_view name) {
-  ForEachOption(options, [&](std::string_view field, const auto& value,
-                             const OptionRange& range = {}) {
-    using Field = std::remove_cvref_t<decltype(value)>;
-    if constexpr (requires { value.Validate(); }) {
-      value.Validate();
-    } else if constexpr (std::is_class_v<Field>) {
-      RequireInRange(value, std::string(name) + "::" + std::string(field));
-    } else if constexpr (RangedOption<Field>) {
-      HIGHWALL_REQUIRE(range.Contains(static_cast<double>(value)),
-                       std::string(name) + "::" + std::string(field) + " must be " +
-                           range.ToString() + ", is " + FormatOption(static_cast<double>(value)));
-    }
-  });
+  RequireInRange(options, OptionPath{nullptr, name});
 }
 
 }  // namespace highwall
