@@ -184,6 +184,22 @@ TEST(FrameTrajectories, PosesOfLateImagesHoldTheTrajectoryAtTheirTime) {
   }
 }
 
+TEST(FrameTrajectories, ThePoseAtTheStampOfALateImageIsPredictedInItsWorld) {
+  TwoWorlds worlds;
+  constexpr Stamp kDelay = 64'000'000;  // of the image: of the frame before in its world, and later
+  const auto truth = [](int i) { return Pose::FromTangent({0.01 * i, 0, 0}, {0, 0.01 * i, 0}); };
+  PosedFrame late{.stamp = 124 * 16'000'000LL,
+                  .pose = AnchoredPose::At(worlds.map, worlds.keyframes[0], Pose()),
+                  .information = 1e6F * ImageInformation::Identity(),
+                  .by_image = AnchoredPose::At(worlds.map, worlds.keyframes[0], truth(120)),
+                  .delay = kDelay};
+  worlds.trajectories.Add(late, worlds.submaps[0]);
+  const std::optional<Pose> predicted = worlds.trajectories.PredictNewest(worlds.map);
+  ASSERT_TRUE(predicted);
+  // Poses with noise of 2 mm predict 40 mm; the other world has another place for them.
+  EXPECT_LT((predicted->p() - truth(124).p()).norm(), 3e-3);
+}
+
 TEST(FrameTrajectories, SmoothedPosesFollowTheirKeyframes) {
   TwoWorlds worlds;
   worlds.trajectories.Smooth(worlds.map, std::nullopt);

@@ -215,6 +215,55 @@ TEST(PoseSmoother, ASpikeOfAPoseIsTakenOffWithoutItsNeighbours) {
   }
 }
 
+// Returns the pose `frames` after the last of those in [begin, end), as it is predicted from
+// `start`.
+std::optional<Pose> Predict(const Recording& recording, std::size_t begin, std::size_t end,
+                            int frames, const Pose& start) {
+  const auto first = recording.measured.begin();
+  std::vector<MeasuredPose> poses(first + static_cast<std::ptrdiff_t>(begin),
+                                  first + static_cast<std::ptrdiff_t>(end));
+  const auto later = static_cast<Stamp>(std::llround(frames * kStep * 1e9));
+  poses.push_back({poses.back().stamp + later, start, ImageInformation::Zero()});
+  return PredictLastPose(poses);
+}
+
+TEST(PoseSmoother, PredictsBetterThanTheLastTwoPosesDo) {
+  constexpr int kAhead = 3;
+  const Recording recording = Hand(1500, 21);
+  std::vector<Pose> by_two, by_all, truth;
+  for (std::size_t i = 200; i + kAhead < 1500; i += 10) {
+    const Pose& before = recording.measured[i - 2].T_WB;
+    const Pose& last = recording.measured[i - 1].T_WB;
+    const Eigen::Vector3d turn = kAhead * so3::Log(before.q().conjugate() * last.q());
+    by_two.emplace_back(last.q() * so3::Exp(turn), last.p() + kAhead * (last.p() - before.p()));
+    by_all.push_back(Predict(recording, i - 150, i, kAhead, by_two.back()).value());
+    truth.push_back(recording.truth[i - 1 + kAhead]);
+  }
+  // A margin of a tenth to what this seed has.
+  EXPECT_LT(PositionRmse(by_all, truth), 0.55 * PositionRmse(by_two, truth));
+  // The hand's turns are hardly predictable, by whatever poses.
+  EXPECT_LT(RotationRmse(by_all, truth), RotationRmse(by_two, truth));
+}
+
+TEST(PoseSmoother, APredictionTakesTheNewestPoseForTheBeginningOfAnotherMotion) {
+  Recording recording = Hand(200, 22);
+  const auto predicted_x = [&] {
+    return Predict(recording, 0, 200, 1, recording.measured.back().T_WB).value().p().x();
+  };
+  const double before = predicted_x();
+  MeasuredPose& newest = recording.measured.back();
+  newest.T_WB = Pose(newest.T_WB.q(), newest.T_WB.p() + Eigen::Vector3d(0.05, 0, 0));
+  // As a spike, which it would be if poses followed, less than half of it would remain.
+  EXPECT_GT(predicted_x() - before, 0.04);
+}
+
+TEST(PoseSmoother, APredictionDoesNotReachAcrossAGap) {
+  const Recording recording = Hand(200, 23);
+  EXPECT_TRUE(Predict(recording, 0, 200, 14, Pose()));
+  EXPECT_FALSE(Predict(recording, 0, 200, 16, Pose()));
+  EXPECT_FALSE(Predict(recording, 0, 20, 1, Pose())) << "too few to know the motion";
+}
+
 TEST(PoseSmoother, NothingHoldsAcrossAGap) {
   Recording recording = Hand(400, 9);
   for (std::size_t i = 200; i < 400; ++i) {  // carried elsewhere for 2 s

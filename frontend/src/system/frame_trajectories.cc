@@ -9,6 +9,9 @@
 namespace highwall {
 namespace {
 
+// Frames whose motion predicts the newest one: a few seconds.
+constexpr std::size_t kLearnedFrom = 200;
+
 MeasuredPose Measured(const PosedFrame& frame, const Map& map, const std::optional<Pose>& T_BC) {
   const Pose T_WC = frame.measured().T_WC(map);
   if (!T_BC || !frame.information) {
@@ -60,6 +63,16 @@ void FrameTrajectories::Forget(SubmapId submap, const Map& map) {
   number_in_.erase(submap);
   smoothed_.clear();
   std::erase_if(frames_, [&](const PosedFrame& t) { return !map.RootOf(t.pose.reference); });
+}
+
+std::optional<Pose> FrameTrajectories::PredictNewest(const Map& map) const {
+  const SubmapId root = *map.RootOf(frames_.back().pose.reference);
+  std::vector<std::size_t> latest;
+  for (std::size_t i = frames_.size(); i-- > 0 && latest.size() < kLearnedFrom;) {
+    if (map.RootOf(frames_[i].pose.reference) == root) latest.push_back(i);
+  }
+  std::ranges::reverse(latest);
+  return PredictLastPose(ByTime(frames_, latest, map, std::nullopt));
 }
 
 void FrameTrajectories::Smooth(const Map& map, const std::optional<Pose>& T_BC) {

@@ -25,6 +25,11 @@ class FrameTrajectories {
   // For poses that are refined later.
   std::vector<PosedFrame>* mutable_frames() { return &frames_; }
 
+  // Predicts the pose of the newest frame at its stamp from the images of the frames before
+  // (PredictLastPose), for one whose image is older than its stamp or repeats another. Returns
+  // T_WC; empty if there are too few.
+  std::optional<Pose> PredictNewest(const Map& map) const;
+
   // Smooths the poses of each world over time (SmoothPoses), for ByWorld(); frames() stay as they
   // were measured. T_BC: of the camera on the IMU, where there is one.
   void Smooth(const Map& map, const std::optional<Pose>& T_BC);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -24,6 +25,8 @@ constexpr std::size_t kWindow = 1000;  // frames smoothed at once
 // Frames on either side of a window that are smoothed with it and not kept. The influence of a
 // frame ends within a few neighbours.
 constexpr std::size_t kOverlap = 50;
+// At 95 % of chi-squared with 6 and with 12 degrees of freedom: spikes of poses, cuts of motions.
+constexpr double kMostOfPose = 3.5, kMostOfMotion = 4.6;
 
 using Velocities = WhiteAcceleration::Velocities;
 
@@ -33,12 +36,11 @@ Velocities MeanVelocities(const MeasuredPose& i, const MeasuredPose& j, double d
   return u;
 }
 
-// Smooths poses that follow each other without a gap.
-std::vector<Pose> Smoothed(std::span<const MeasuredPose> poses, const MotionNoise& noise) {
+// Smooths poses that follow each other without a gap. of_pose: loss of a pose; null: none.
+std::vector<Pose> Smoothed(std::span<const MeasuredPose> poses, const MotionNoise& noise,
+                           const std::shared_ptr<ceres::LossFunction>& of_pose) {
   FactorGraph graph;
-  // At 95 % of chi-squared with 6 and with 12 degrees of freedom: spikes of poses, cuts of motions.
-  const auto of_pose = std::make_shared<ceres::HuberLoss>(3.5);
-  const auto of_motion = std::make_shared<ceres::HuberLoss>(4.6);
+  const auto of_motion = std::make_shared<ceres::HuberLoss>(kMostOfMotion);
   std::vector<Variable<Pose>> T_WB;
   std::vector<Variable<Velocities>> u;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -67,6 +69,15 @@ std::vector<Pose> Smoothed(std::span<const MeasuredPose> poses, const MotionNois
     smoothed.push_back(usable ? graph.Value(T_WB[i]) : poses[i].T_WB);
   }
   return smoothed;
+}
+
+// Returns the poses of which an image states something.
+std::vector<MeasuredPose> Informed(std::span<const MeasuredPose> poses) {
+  std::vector<MeasuredPose> informed;
+  std::ranges::copy_if(poses, std::back_inserter(informed), [](const MeasuredPose& pose) {
+    return !pose.information || !pose.information->isZero(0.0F);
+  });
+  return informed;
 }
 
 // Returns the end of the poses from `begin` that follow each other without a gap, all or none of
@@ -98,7 +109,8 @@ void SmoothWindow(std::span<const MeasuredPose> poses, std::size_t begin, std::s
     if (stretch.size() < 3) continue;
     const bool by_readings = gravity_W && stretch[1].readings != nullptr;
     const std::vector<Pose> found =
-        by_readings ? SmoothByReadings(stretch, *noise, *gravity_W) : Smoothed(stretch, *noise);
+        by_readings ? SmoothByReadings(stretch, *noise, *gravity_W)
+                    : Smoothed(stretch, *noise, std::make_shared<ceres::HuberLoss>(kMostOfPose));
     for (std::size_t k = 0; k < found.size(); ++k) {
       const std::size_t index = static_cast<std::size_t>(&stretch[k] - poses.data());
       if (index >= begin && index < end && stretch[k].information) (*smoothed)[index] = found[k];
@@ -115,6 +127,20 @@ std::vector<std::optional<Pose>> SmoothPoses(std::span<const MeasuredPose> poses
     SmoothWindow(poses, begin, std::min(begin + kWindow, poses.size()), gravity_W, &smoothed);
   }
   return smoothed;
+}
+
+std::optional<Pose> PredictLastPose(std::span<const MeasuredPose> poses) {
+  std::size_t begin = poses.size() - 1;
+  while (begin > 0 && ToSeconds(poses[begin].stamp - poses[begin - 1].stamp) <=
+                          ConstantVelocity::kLongestPrediction) {
+    --begin;
+  }
+  begin = std::max(begin, poses.size() - std::min(poses.size(), kOverlap));
+  const auto noise = EstimateMotionNoise(Informed(poses));
+  if (!noise || poses.size() - begin < 3) return std::nullopt;
+  // Without a loss of the poses: only poses after it show whether the newest one is a spike or the
+  // beginning of another motion.
+  return Smoothed(poses.subspan(begin), *noise, nullptr).back();
 }
 
 }  // namespace highwall

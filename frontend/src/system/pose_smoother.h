@@ -20,4 +20,9 @@ std::vector<std::optional<Pose>> SmoothPoses(
     std::span<const MeasuredPose> poses,
     const std::optional<Eigen::Vector3d>& gravity_W = std::nullopt);
 
+// Returns the last of the poses as the images before it predict it: the same posterior of the last
+// seconds, with densities estimated from them. poses: by stamp; the last one, of which no image
+// states anything, is where the solution starts. Empty if there are too few of them without a gap.
+std::optional<Pose> PredictLastPose(std::span<const MeasuredPose> poses);
+
 }  // namespace highwall

@@ -310,6 +310,13 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked,
     posed.readings = ReadingsFromBefore();
   }
   tracked_.Add(posed, map_.keyframe(map_.ActiveKeyFrameOf(tracked.reference)->first)->submap);
+  if (!inertial_ && (delay > 0 || result.repeated)) {
+    if (const auto predicted = tracked_.PredictNewest(map_)) {
+      result.T_WC = *predicted;
+      tracked_.mutable_frames()->back().pose =
+          AnchoredPose::At(map_, tracked.reference, *predicted);
+    }
+  }
   refiner_.Add(tracked, tracked_.frames().back(), tracker_.moved_by(), depth_pattern_.pattern(),
                last_keyframe_);
 }
