@@ -46,6 +46,7 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
   // The result of a loop in progress would be lost.
   observation.keeps_level = loop_closer_.IsClosing();
   image_pose_.reset();
+  const bool was_running = inertial_->estimate().has_value();
   result.inertial = inertial_->Update(observation);
   if (result.inertial->finding) Find(*result.inertial->finding);
   if (result.inertial->abandoned) tracked.T_WC = ForgetImu() * tracked.T_WC;
@@ -66,6 +67,7 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
     weighed_ += seconds * weight;
   }
   last_fused_ = observation.image;
+  if (!was_running && result.inertial->T_gravity) AddReadingsBeforeStart();
   if (const auto gravity_W = inertial_->gravity_W()) map_.SetGravity(gravity_W, submap_);
   if (const std::optional<Pose> T_WC = inertial_->T_WC()) {
     if (tracked.state == TrackingState::kTracking) {
@@ -92,15 +94,34 @@ std::shared_ptr<const ReadingsBetween> SlamSystem::Impl::ReadingsFromBefore() {
   const double of_images = ToSeconds(last_fused_ - before->image);
   const double of_readings = ToSeconds(now->stamp - before->imu);
   if (of_readings <= 0.0 || std::abs(of_images - of_readings) > kSameInterval) return nullptr;
-  const auto motion = inertial_->Between(before->imu, now->stamp);
+  return Readings(*before, now->stamp, *now);
+}
+
+std::shared_ptr<const ReadingsBetween> SlamSystem::Impl::Readings(
+    const FusedStamps& from, Stamp to, const InertialEstimate& now) const {
+  const auto motion = inertial_->Between(from.imu, to);
   if (!motion || !motion->HasInformation() || inertial_->weight() <= 0.0) return nullptr;
   return std::make_shared<const ReadingsBetween>(
-      ReadingsBetween{.before = before->image,
+      ReadingsBetween{.before = from.image,
                       .samples = {motion->samples().begin(), motion->samples().end()},
                       .noise = motion->options().noise,
                       .weight = inertial_->weight(),
-                      .bias = now->bias,
-                      .bias_sigma = now->covariance.diagonal().tail<6>().cwiseSqrt()});
+                      .bias = now.bias,
+                      .bias_sigma = now.covariance.diagonal().tail<6>().cwiseSqrt()});
+}
+
+void SlamSystem::Impl::AddReadingsBeforeStart() {
+  const InertialEstimate now = *inertial_->estimate();
+  const SubmapId root = map_.Root(submap_);
+  std::vector<PosedFrame>& frames = *tracked_.mutable_frames();
+  std::optional<FusedStamps> after;
+  for (std::size_t i = frames.size(); i-- > 0;) {
+    if (map_.RootOf(frames[i].pose.reference) != root) return;
+    const FusedStamps at{frames[i].stamp, frames[i].stamp + (now.stamp - last_fused_)};
+    if (!after) fused_before_ = at;
+    if (after && !(frames[i + 1].readings = Readings(at, after->imu, now))) return;
+    after = at;
+  }
 }
 
 Pose SlamSystem::Impl::ForgetImu() {

@@ -93,13 +93,24 @@ std::size_t EndOfStretch(std::span<const MeasuredPose> poses, std::size_t begin)
   return end;
 }
 
+// Returns the poses with the first one of a map, which its image does not measure but defines, as
+// uncertain as the next: the keyframe made of it has the same errors as any other.
+std::vector<MeasuredPose> WithFirstPoses(std::span<const MeasuredPose> poses) {
+  std::vector<MeasuredPose> all(poses.begin(), poses.end());
+  for (std::size_t i = 0; i + 1 < all.size(); ++i) {
+    if (!all[i].information) all[i].information = poses[i + 1].information;
+  }
+  return all;
+}
+
 // Smooths the frames [begin, end) of `poses`, with those around them.
 void SmoothWindow(std::span<const MeasuredPose> poses, std::size_t begin, std::size_t end,
                   const std::optional<Eigen::Vector3d>& gravity_W,
                   std::vector<std::optional<Pose>>* smoothed) {
   const std::size_t first = begin - std::min(begin, kOverlap);
   const std::size_t last = std::min(end + kOverlap, poses.size());
-  const auto window = poses.subspan(first, last - first);
+  const std::vector<MeasuredPose> all = WithFirstPoses(poses.subspan(first, last - first));
+  const std::span window(all);
   const auto noise = EstimateMotionNoise(window);
   if (!noise) return;
   for (std::size_t i = 0; i < window.size();) {
@@ -112,7 +123,7 @@ void SmoothWindow(std::span<const MeasuredPose> poses, std::size_t begin, std::s
         by_readings ? SmoothByReadings(stretch, *noise, *gravity_W)
                     : Smoothed(stretch, *noise, std::make_shared<ceres::HuberLoss>(kMostOfPose));
     for (std::size_t k = 0; k < found.size(); ++k) {
-      const std::size_t index = static_cast<std::size_t>(&stretch[k] - poses.data());
+      const std::size_t index = first + static_cast<std::size_t>(&stretch[k] - all.data());
       if (index >= begin && index < end && stretch[k].information) (*smoothed)[index] = found[k];
     }
   }

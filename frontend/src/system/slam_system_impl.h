@@ -127,6 +127,17 @@ class SlamSystem::Impl {
   // Returns the readings of the IMU from the frame before to the newest one; null if they are not
   // all there.
   std::shared_ptr<const ReadingsBetween> ReadingsFromBefore();
+  // Stamps of a frame.
+  struct FusedStamps {
+    Stamp image = 0, imu = 0;  // each of its clock
+  };
+  // Returns the readings from a frame to a stamp of the IMU, with the bias of `now`; null likewise.
+  std::shared_ptr<const ReadingsBetween> Readings(const FusedStamps& from, Stamp to,
+                                                  const InertialEstimate& now) const;
+  // Gives the frames of this world until now, tracked before the IMU was initialized, the readings
+  // between them, so that these smooth the whole trajectory.
+  void AddReadingsBeforeStart();
+  void TieFramesBefore(Stamp image);
   LossReason ReasonOf(const TrackedFrame& lost) const;
   bool WantsKeyFrame(const TrackedFrame& tracked);
   // Returns whether a keyframe that is due waits until the running adjustment ends.
@@ -205,10 +216,7 @@ class SlamSystem::Impl {
   double imu_constrained_time_ = 0.0;  // [s] covered by IMU factors since the last keyframe
   double weighed_ = 0.0;               // the same, each interval times its weight
   Stamp last_fused_ = 0;
-  std::optional<AnchoredPose> image_pose_;  // of the newest frame, if `pose` is fused with the IMU
-  struct FusedStamps {
-    Stamp image = 0, imu = 0;  // each of its clock
-  };
+  std::optional<AnchoredPose> image_pose_;   // of the newest frame, if `pose` is fused with the IMU
   std::optional<FusedStamps> fused_before_;  // of the last frame with a pose
 };
 

@@ -59,7 +59,7 @@ struct PosedFrame {
   Stamp stamp = 0;
   AnchoredPose pose;
   // Of `by_image` where there is one, else of `pose`. Zero where the image states nothing; empty at
-  // the beginning of a map, where the pose is known.
+  // the beginning of a map, which the pose defines.
   std::optional<ImageInformation> information{};
   // Where `pose` is fused with an IMU, or its image was taken before the stamp: that of the image
   // alone, if it has one.
