@@ -36,6 +36,7 @@
 #include "run/depth_camera.h"
 #include "run/depth_of_run.h"
 #include "run/folder_lock.h"
+#include "run/late_colour.h"
 #include "run/opened_dataset.h"
 #include "run/output_checks.h"
 #include "run/posed_frames.h"
@@ -76,7 +77,9 @@ class FrameSource {
   FrameSource(const Dataset& dataset, const std::vector<PosedFrame>& frames,
               const RgbdSensor& sensor, double voxel, bool raw, const std::filesystem::path& run)
       : dataset_(dataset), frames_(frames), sensor_(sensor), voxel_(voxel), raw_(raw) {
-    if (!run.empty() && !raw) depth_of_run_.emplace(run);
+    if (run.empty()) return;
+    late_colour_ = ReadLateColour(run / kReportFile);
+    if (!raw) depth_of_run_.emplace(run);
   }
 
   // Calls visit(frame) with filtered depth.
@@ -104,6 +107,10 @@ class FrameSource {
   std::optional<KeyframeImage> Load(std::size_t i) const {
     auto image = dataset_.Load(frames_[i].index);
     if (!image) return std::nullopt;
+    // Depth is that of the pose, and the colour of its time may have come with a later image.
+    if (const auto later = ImageOfColour(late_colour_, dataset_, image->stamp)) {
+      if (const auto other = dataset_.Load(*later)) image->bgr = other->bgr;
+    }
     const cv::Mat depth =
         depth_of_run_ ? depth_of_run_->Correct(*image, sensor_.camera) : image->depth;
     return KeyframeImage{.id = static_cast<std::int64_t>(i),
@@ -120,6 +127,7 @@ class FrameSource {
   double voxel_;
   bool raw_;
   std::optional<DepthOfRun> depth_of_run_;
+  LateColour late_colour_;
 };
 
 // Fails before the computation, rather than being killed by the kernel during it.

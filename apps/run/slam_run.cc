@@ -273,6 +273,9 @@ class RunTally {
         {result.stamp, result.matched_points, result.matched_lines, result.times.total});
     if (result.reason) reasons_[result.stamp] = *result.reason;
     if (result.repeated) ++run_.repeated;
+    if (result.colour_delay > 0) {
+      run_.late_colour[result.stamp - result.colour_delay] = result.stamp;
+    }
     if (HasPose(result.state)) {
       ++tracked_;
       causal_[result.submap].push_back({result.stamp, result.T_WC});
@@ -281,7 +284,7 @@ class RunTally {
     if (!result.unobservable_directions.empty()) ++run_.open_frames;
     if (!result.mapping) return;
     ++run_.keyframes_made;
-    run_.keyframe_stamps[result.mapping->keyframe] = result.stamp;
+    run_.keyframe_stamps[result.mapping->keyframe] = result.stamp - result.colour_delay;
   }
 
   // Call once, last. submaps: final ones, those with the loaded map first.

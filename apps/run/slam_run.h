@@ -19,6 +19,7 @@
 
 #include "plots/sparse_map_picture.h"
 #include "run/gps_input.h"
+#include "run/late_colour.h"
 
 namespace highwall::apps {
 
@@ -169,13 +170,14 @@ struct SlamRun {
   std::vector<std::string> lost_because;
   std::map<std::string, std::size_t> loss_reasons;  // number of frames per reason
   std::size_t repeated = 0;                         // colour images identical to the previous one
-  int refined = 0;                                  // frames with a pose refined afterwards
-  SensorEstimate sensor;                            // final
-  SensorVerdict verdict;                            // with what was found before
-  int levels = 0;                                   // of the pyramid of its points
-  std::optional<InertialSummary> inertial;          // with an IMU
-  std::optional<GpsSummary> gps;                    // with a GPS
-  std::optional<CameraCalibration> camera;          // of the largest world, if requested
+  LateColour late_colour;
+  int refined = 0;                          // frames with a pose refined afterwards
+  SensorEstimate sensor;                    // final
+  SensorVerdict verdict;                    // with what was found before
+  int levels = 0;                           // of the pyramid of its points
+  std::optional<InertialSummary> inertial;  // with an IMU
+  std::optional<GpsSummary> gps;            // with a GPS
+  std::optional<CameraCalibration> camera;  // of the largest world, if requested
   std::size_t relocalizations = 0;
   std::size_t open_frames = 0;        // tracked, with an unobservable direction of the pose
   std::size_t points = 0, lines = 0;  // final number of landmarks

@@ -1,8 +1,12 @@
 // Runs highwall map and highwall map compare in the same way as a user.
 #include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -21,6 +25,13 @@ namespace {
 
 using nlohmann::json;
 using testing::Outcome;
+
+std::vector<std::string> LinesOf(const std::string& path) {
+  std::vector<std::string> lines;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) lines.push_back(line);
+  return lines;
+}
 
 // A recorded room and the map built with its exact poses.
 class MapCommand : public ::testing::Test {
@@ -153,6 +164,29 @@ TEST_F(MapCommand, MapsARunByItsKeyframes) {
   ExpectRefused(run + " --out " + Path("x"), 2, "give --dataset");
   std::ofstream(run + "/run.json") << "{";
   ExpectRefused(run + " --out " + Path("x"), 2, "does not name a dataset");
+}
+
+// The colour of frame 4 came with frame 7, which is all red: so is the map of keyframe 4.
+TEST_F(MapCommand, TakesTheColourOfALateKeyframeFromItsOwnImage) {
+  constexpr std::size_t kHeader = 2;  // [lines]
+  const std::vector<std::string> images = LinesOf(Dataset() + "/rgb.txt");
+  const std::vector<std::string> poses = LinesOf(Dataset() + "/groundtruth.txt");
+  const auto stamp_of = [](const std::string& line) { return line.substr(0, line.find(' ')); };
+  const std::string taken = stamp_of(images.at(kHeader + 4)), late = images.at(kHeader + 7);
+  cv::imwrite(Dataset() + "/" + late.substr(late.find(' ') + 1),
+              cv::Mat(240, 320, CV_8UC3, cv::Scalar(0, 0, 255)));
+  const std::string run = Path("run");
+  std::filesystem::create_directories(run);
+  std::ofstream(run + "/run.json")
+      << json{{"dataset", Dataset()},
+              {"late_colour", {{"taken", {taken}}, {"stamp", {stamp_of(late)}}}}}
+             .dump();
+  std::ofstream(run + "/keyframes.txt") << *std::ranges::find(poses, taken, stamp_of) << '\n';
+  ASSERT_EQ(Map(run + " --resolution 0.2 --raw --out " + Path("run_map")).exit_code, 0);
+  const auto cloud = ReadPly(Path("run_map") + "/cloud.ply");
+  ASSERT_FALSE(cloud.empty());
+  const std::array<std::uint8_t, 3> red{255, 0, 0};
+  EXPECT_TRUE(std::ranges::all_of(cloud, [&](const ColoredPoint& p) { return p.rgb == red; }));
 }
 
 // The calibration of this run has a depth offset: its map is built from corrected depth.

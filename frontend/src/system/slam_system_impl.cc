@@ -276,7 +276,7 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked,
   result.state = tracked.state;
   result.relocalized = tracked.relocalized;
   result.T_WC = tracked.T_WC;
-  const Stamp delay = result.stamp - tracked.frame.stamp;
+  const Stamp delay = result.colour_delay = result.stamp - tracked.frame.stamp;
   if (delay > 0) result.T_WC = result.T_WC * tracker_.Motion(nullptr).Over(ToSeconds(delay));
   if (HasPose(tracked.state)) result.submap = map_.Root(submap_);
   result.matched_points = tracked.num_points;

@@ -100,6 +100,9 @@ struct FrameResult {
   // The colour image repeats the previous one (RepeatedImage): it gives no new constraint, and the
   // pose is predicted by the IMU or extrapolated at constant velocity.
   bool repeated = false;
+  // [ns] by which its colour was taken before the stamp, found where images repeat; a keyframe made
+  // of it has the stamp of its colour
+  Stamp colour_delay = 0;
   Pose T_WC;                                     // causal estimate; meaningful where HasPose(state)
   std::optional<PoseUncertainty> uncertainty{};  // of it; set where HasPose(state)
   SubmapId submap = kNoId;     // of the world of the pose (Map::Root); kNoId without a pose
