@@ -283,6 +283,18 @@ TEST(JudgeImu, NamesFaultsOfTheGyroscopeInLittleMotion) {
   }
 }
 
+// Too little for a contradiction of the gyroscope alone, whose free fit explains hardly more.
+TEST(JudgeImu, NamesAMountThatIsOffByTwelveDegrees) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    Recording recording = Record(seed, 0.3, 5.0);
+    TurnMount(recording, 12.0 * kDegree * Eigen::Vector3d(1.0, 2.0, 3.0).normalized());
+    const ImuJudgement judgement = JudgementOf(recording);
+    ASSERT_TRUE(judgement.finding) << seed;
+    EXPECT_TRUE(judgement.is_named) << seed;
+    EXPECT_EQ(judgement.finding->fault, SensorFault::kImuMount) << judgement.finding->text;
+  }
+}
+
 TEST(JudgeImu, NamesAGyroscopeThatReadsTwiceOrHalfTheRate) {
   for (const double factor : {0.5, 2.0}) {
     for (unsigned seed = 1; seed <= 5; ++seed) {

@@ -194,6 +194,7 @@ InertialReport InertialOdometry::Impl::Update(const Observation& observation) {
   report.time_offset = time_offset();
   report.time_offset_sigma = time_offset_sigma();
   report.extrinsics = extrinsics();
+  CheckClock(observation.image, report);
   return report;
 }
 

@@ -50,6 +50,9 @@ class InertialOdometry::Impl {
   // contradicted for as long as poses are monitored, because errors of poses last for seconds.
   bool IsBelieved(const ImuJudgement& judgement, bool is_used, Stamp image);
   void GiveUp(InertialReport& report);
+  // Reports an offset of the clocks that is estimated, so that the IMU is used, but contradicts the
+  // stated one.
+  void CheckClock(Stamp image, InertialReport& report);
   void Initialize(const Observation& observation, InertialReport& report);
   // Solves the initialization; inconsistent, with a reason, if the images fit the readings better
   // with the accelerometer's sign reversed.
@@ -105,6 +108,8 @@ class InertialOdometry::Impl {
   std::string reason_;
   ImuAgreement agreement_ = ImuAgreement::kUndecided;     // the last that was decided
   std::optional<Stamp> used_since_, contradicted_since_;  // at judgements, without a break
+  std::optional<Stamp> clock_off_since_;
+  bool is_clock_reported_ = false;
   int attempts_ = 0;
   std::optional<Stamp> last_attempt_;
   std::optional<StampedPose> last_visual_;  // T_WC of the last image with a pose, image stamp

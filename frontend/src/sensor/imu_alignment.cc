@@ -32,6 +32,14 @@ double TurnVariance() {
   return 2.0 * kRotationSigma * kRotationSigma;
 }
 
+// Returns the rotation R that maximizes the trace of R^T M.
+Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& M) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Matrix3d sign = Eigen::Matrix3d::Identity();
+  sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+  return svd.matrixU() * sign * svd.matrixV().transpose();
+}
+
 double ArcVariance() {
   return 6.0 * kPositionSigma * kPositionSigma / (kArc * kArc);
 }
@@ -77,12 +85,11 @@ Eigen::Matrix3d GyroscopeFit::Free() const {
 }
 
 Eigen::Matrix3d GyroscopeFit::Rotation() const {
-  if (n_ == 0) return Eigen::Matrix3d::Identity();
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(CameraBody(),
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Matrix3d sign = Eigen::Matrix3d::Identity();
-  sign(2, 2) = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-  return svd.matrixU() * sign * svd.matrixV().transpose();
+  return n_ == 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity()) : NearestRotation(CameraBody());
+}
+
+Eigen::Matrix3d GyroscopeFit::RotationNear(const Eigen::Matrix3d& A0, double weight) const {
+  return n_ == 0 ? A0 : NearestRotation(CameraBody() + weight * A0);
 }
 
 double GyroscopeFit::Variance() const {

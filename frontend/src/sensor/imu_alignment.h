@@ -37,6 +37,9 @@ class GyroscopeFit {
   // Returns the A that fits best, among all matrices or all rotations.
   Eigen::Matrix3d Free() const;
   Eigen::Matrix3d Rotation() const;
+  // The same of rotations, with a prior at the rotation A0: weight [rad^2] times the squared
+  // distance of the matrices is added to the squared residuals.
+  Eigen::Matrix3d RotationNear(const Eigen::Matrix3d& A0, double weight) const;
   // Variance of a component of a residual of Free(), at least that of good poses [rad^2].
   double Variance() const;
 

@@ -1,7 +1,6 @@
 #include "sensor/imu_hypotheses.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -15,6 +14,8 @@
 
 #include "sensor/images_scale.h"
 #include "sensor/imu_alignment.h"
+#include "sensor/imu_axes.h"
+#include "sensor/turned_mount.h"
 
 namespace highwall {
 namespace {
@@ -47,6 +48,11 @@ constexpr int kFewestSmall = 25;
 constexpr double kSignificantSmall = 50.0, kSmallTurnError = 5e-4;  // [], [rad]
 // A camera this far from its IMU is doubtful by itself, and smaller errors count.
 constexpr double kLongArm = 0.5, kAccelerationErrorOfArm = 0.08;  // [m], [m/s^2]
+// Both sensors say that T_BC is turned by degrees: the sum of their decreases of the squared
+// residuals, in variances, and the least of each. Chi-squared with three degrees of freedom exceeds
+// 25 once in 60 000; the rotation is that of the gyroscope, so the accelerometer adds nothing by
+// chance. On right recordings of 2.5 s and more each was at most 2.
+constexpr double kSignificantMount = 25.0, kSignificantMountOfEach = 5.0;
 // Without another explanation: RMS rotation of the images over 0.1 s [rad], and the share of its
 // energy that remains.
 constexpr double kMuchTurn = 0.01, kUnexplained = 0.5;
@@ -66,44 +72,6 @@ double Share(double excess, double signal) {
   return excess / std::max(signal, 1e-12);
 }
 
-std::string MatrixText(const Matrix3& R) {
-  std::string text = "[";
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      text += (row + column > 0 ? ", " : "") + FixedText(R(row, column), 3);
-    }
-  }
-  return text + "]";
-}
-
-// The axes of signed permutations, such as "x, z, -y".
-std::string AxesText(const Matrix3& P) {
-  std::string text;
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) {
-      if (P(row, column) == 0.0) continue;
-      text += (row > 0 ? ", " : "") + std::string(P(row, column) < 0.0 ? "-" : "") +
-              "xyz"[static_cast<std::size_t>(column)];
-    }
-  }
-  return text;
-}
-
-std::vector<Matrix3> SignedPermutations() {
-  std::vector<Matrix3> all;
-  std::array<int, 3> order{0, 1, 2};
-  do {
-    for (unsigned signs = 0; signs < 8; ++signs) {
-      Matrix3 P = Matrix3::Zero();
-      for (int row = 0; row < 3; ++row) {
-        P(row, order[static_cast<std::size_t>(row)]) = ((signs >> row) & 1U) != 0U ? -1.0 : 1.0;
-      }
-      all.push_back(P);
-    }
-  } while (std::next_permutation(order.begin(), order.end()));
-  return all;
-}
-
 // Tests readings of the IMU against the images.
 class Judge {
  public:
@@ -116,7 +84,8 @@ class Judge {
   ImuJudgement Run() {
     FitGyroscope();
     if (near_.front().fit.size() < kFewest) return {};
-    const bool clock = IsPaceContradicted() || IsClockContradicted(),
+    const std::optional<Reading> mount = SlightlyTurnedMount();
+    const bool clock = IsPaceContradicted() || (IsClockContradicted() && !IsBetterThanClock(mount)),
                gyroscope = !clock && IsGyroscopeContradicted();
     const bool accelerometer = !gyroscope && !clock && IsAccelerometerContradicted();
     if (gyroscope || clock || accelerometer) return Explain(clock);
@@ -128,6 +97,7 @@ class Judge {
       ImuJudgement judgement = Explain(false);
       if (judgement.is_named) return judgement;
     }
+    if (mount) return Named(*mount);
     const Clocked& best = Best(configured_.gyroscope, near_);
     const double signal = best.fit.Signal(), n = best.fit.size();
     const bool is_much = signal > n * kMuchTurn * kMuchTurn;
@@ -218,6 +188,12 @@ class Judge {
                far.fit.size() >= 2 * kFewest ? kSignificantLongOffset : kSignificantOffset,
                kBetter) &&
            Share(Excess(far, R_CB()), ExplainedByFree()) < kRight * kRight;
+  }
+
+  // In slow motion a clock that is far off imitates a turned mount.
+  bool IsBetterThanClock(const std::optional<Reading>& mount) const {
+    return mount && Mean(Best(mount->gyroscope, near_), mount->gyroscope) <
+                        Mean(Best(configured_.gyroscope, far_), configured_.gyroscope);
   }
 
   // Whether images and readings agree by the clock b, and less by a. variances: of the excess.
@@ -330,6 +306,8 @@ class Judge {
   std::vector<Reading> SimpleReadings() const;
   std::optional<Reading> UnitOfLeverArm();
   std::optional<SensorFinding> ScaleFinding();
+  Reading Turned(const Matrix3& R_CB) const;
+  std::optional<Reading> SlightlyTurnedMount();
   std::vector<Reading> TurnedReadings();
   Reading FreeLeverArm();
   ImuJudgement Explain(bool clock);
@@ -474,17 +452,43 @@ Reading Judge::FreeLeverArm() {
   return reading;
 }
 
-std::vector<Reading> Judge::TurnedReadings() {
-  std::vector<Reading> all;
-  // A T_BC that is wrong in rotation leaves open which lever arm was meant.
+// A T_BC that is wrong in rotation leaves open which lever arm was meant.
+Reading Judge::Turned(const Matrix3& R_CB) const {
   Reading turned = configured_;
-  turned.gyroscope = turned.accelerometer = free_->fit.Rotation();
+  turned.gyroscope = turned.accelerometer = R_CB;
   turned.lever_sigma = 0.3;
   turned.fault = SensorFault::kImuMount;
   turned.text = "IMU and images agree if the rotation of T_BC is about " +
                 MatrixText(turned.gyroscope.transpose());
   turned.remedy = "correct T_BC in calibration.yaml";
-  all.push_back(turned);
+  return turned;
+}
+
+// Too little for the limits of a contradiction, whose free fit may explain errors of the images: a
+// rotation explains both sensors.
+std::optional<Reading> Judge::SlightlyTurnedMount() {
+  if (!IsFreeGood()) return std::nullopt;
+  std::vector<GyroscopeFit> fits;
+  for (const Clocked& clocked : near_) fits.push_back(clocked.fit);
+  const auto turned = FindTurnedMount(fits, configured_.gyroscope);
+  if (!turned) return std::nullopt;
+  const Clocked& best = near_[turned->fit];
+  const AccelerometerFit& fit = Acceleration(best.clock);
+  if (fit.size() < kFewest) return std::nullopt;
+  const double gain = (fit.Squared(configured_.accelerometer, configured_.lever_arm) -
+                       fit.Squared(turned->R_CB, configured_.lever_arm)) /
+                      fit.Variance();
+  if (turned->gain + gain < strictness_ * kSignificantMount ||
+      std::min(turned->gain, gain) < strictness_ * kSignificantMountOfEach ||
+      Share(Excess(best, turned->R_CB), ExplainedByFree()) > kRight * kRight) {
+    return std::nullopt;
+  }
+  return Turned(turned->R_CB);
+}
+
+std::vector<Reading> Judge::TurnedReadings() {
+  std::vector<Reading> all;
+  all.push_back(Turned(free_->fit.Rotation()));
   const std::vector<Matrix3> permutations = SignedPermutations();
   for (int sensors = 0; sensors < 3; ++sensors) {  // both, gyroscope, accelerometer
     const char* const name[] = {"IMU", "gyroscope", "accelerometer"};
@@ -524,14 +528,7 @@ SensorFinding Judge::Clock() const {
         "sensor's";
     return finding;
   }
-  const double offset = Best(R_CB(), far_).clock.offset;
-  finding.text = "gyroscope and images agree if the stamps of the IMU are " +
-                 FixedText(1e3 * std::abs(offset), 0) + " ms " +
-                 (offset > 0.0 ? "ahead of" : "behind") + " those of the images, instead of " +
-                 FixedText(1e3 * calibration_.time_offset, 0) + " ms";
-  finding.remedy =
-      "set time_offset: " + FixedText(offset, 2) + " in the section imu of calibration.yaml";
-  return finding;
+  return ClockFinding(Best(R_CB(), far_).clock.offset, calibration_.time_offset);
 }
 
 ImuJudgement Judge::Explain(bool clock) {
@@ -573,6 +570,15 @@ ImuJudgement Judge::Explain(bool clock) {
 }
 
 }  // namespace
+
+SensorFinding ClockFinding(double offset, double stated) {
+  return {SensorFault::kImuClock, Trust::kDoubtful,
+          "gyroscope and images agree if the stamps of the IMU are " +
+              FixedText(1e3 * std::abs(offset), 0) + " ms " +
+              (offset > 0.0 ? "ahead of" : "behind") + " those of the images, instead of " +
+              FixedText(1e3 * stated, 0) + " ms",
+          "set time_offset: " + FixedText(offset, 2) + " in the section imu of calibration.yaml"};
+}
 
 ImuJudgement JudgeImu(const Trajectory& poses, std::span<const ImuSample> readings,
                       const ImuCalibration& calibration, double max_step) {

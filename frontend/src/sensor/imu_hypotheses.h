@@ -34,4 +34,8 @@ struct ImuJudgement {
 ImuJudgement JudgeImu(const Trajectory& poses, std::span<const ImuSample> readings,
                       const ImuCalibration& calibration, double max_step = 0.1);
 
+// Returns the finding that the stamps of the IMU are ahead of those of the images by `offset`
+// instead of `stated` [s].
+SensorFinding ClockFinding(double offset, double stated);
+
 }  // namespace highwall
