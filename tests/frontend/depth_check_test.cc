@@ -253,6 +253,78 @@ TEST(DepthCheck, FindsADepthFactorByTheRangeOfTheSensor) {
   }
 }
 
+// As a Kinect stores depth: in steps of 2.87e-3 / m of inverse depth, in mm, times five.
+Image DrawOfKinect(std::mt19937& rng) {
+  Image image = Draw(rng);
+  EachValue([](double value) {
+    if (value == 0.0) return 0.0;
+    constexpr double kStep = 2.87e-3, kFar = 0.6;
+    return 5.0 * std::round(1000.0 / (kStep * std::round(1000.0 / (kFar * value) / kStep)));
+  })(&image);
+  image.raw.colRange(0, 16).setTo(0);
+  return image;
+}
+
+// At usual depths, too: 0.8 to 3.5 m at the median.
+TEST(DepthCheck, FindsADepthFactorByTheStepsOfAKnownSensor) {
+  for (const double factor : {5000.0, 6250.0}) {
+    RgbdSensor sensor = Sensor();
+    sensor.depth_factor = factor;
+    for (unsigned seed = 1; seed <= 3 * kSeeds; ++seed) {
+      std::mt19937 rng(seed);
+      DepthCheck check(sensor);
+      for (int i = 0; i < 8; ++i) {
+        const Image image = DrawOfKinect(rng);
+        check.Add(image.raw, image.bgr);
+      }
+      const std::vector<SensorFinding> found = check.Findings();
+      ASSERT_EQ(found.size(), factor == 5000.0 ? 0u : 1u) << seed << ": " << Lines(found);
+      if (found.empty()) continue;
+      EXPECT_EQ(found[0].fault, SensorFault::kDepthScale);
+      EXPECT_NE(Line(found[0]).find("set depth_factor: 5000"), std::string::npos) << Lines(found);
+    }
+  }
+}
+
+// Views whose colour has hardly any edge of depth.
+class FaintViews final : public Dataset {
+ public:
+  explicit FaintViews(std::size_t count, bool mirrored) : count_(count), mirrored_(mirrored) {}
+  std::size_t size() const override { return count_; }
+  Stamp stamp(std::size_t index) const override { return static_cast<Stamp>(index) * 33'000'000; }
+  const Trajectory* groundtruth() const override { return nullptr; }
+
+ private:
+  RgbdImage DoLoad(std::size_t index) const override {
+    std::mt19937 rng(static_cast<unsigned>(index) + 1);
+    Image image = Draw(rng);
+    std::uniform_int_distribution<int> u(0, kWidth - 1), v(0, kHeight - 1), grey(30, 220);
+    for (int i = 0; i < kBoxes; ++i) {
+      const cv::Rect box(cv::Point(u(rng), v(rng)), cv::Point(u(rng), v(rng)));
+      cv::Mat part = image.bgr(box);
+      cv::addWeighted(part, 0.3, cv::Mat(part.size(), CV_8UC3, cv::Scalar::all(grey(rng))), 0.7,
+                      0.0, part);
+    }
+    if (mirrored_) cv::flip(image.raw, image.raw, 1);
+    RgbdImage loaded{.stamp = stamp(index), .bgr = image.bgr, .depth = {}};
+    image.raw.convertTo(loaded.depth, CV_32F, 1e-3);
+    return loaded;
+  }
+
+  static constexpr int kBoxes = 18;
+  std::size_t count_;
+  bool mirrored_;
+};
+
+TEST(CheckDepth, LooksAtMoreImagesWhereEightAreUnclear) {
+  EXPECT_TRUE(CheckDepth(FaintViews(150, false), Sensor()).empty());
+  // Between eight of a few images there are no others.
+  EXPECT_TRUE(CheckDepth(FaintViews(31, true), Sensor()).empty());
+  const std::vector<SensorFinding> found = CheckDepth(FaintViews(150, true), Sensor());
+  ASSERT_EQ(found.size(), 1u) << Lines(found);
+  EXPECT_EQ(found[0].fault, SensorFault::kDepthMirrored) << Lines(found);
+}
+
 TEST(DepthCheck, NeedsFourImages) {
   std::mt19937 rng(1);
   DepthCheck check(Sensor());

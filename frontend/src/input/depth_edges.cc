@@ -18,9 +18,10 @@ constexpr double kLongestGap = 0.06;   // of the width: holes between the two si
 constexpr float kStrongest = 40.0F;    // [grey levels] a stronger edge of colour counts as this
 constexpr double kLeastEdges = 0.003;  // share of the pixels
 constexpr std::size_t kLeastImages = 4;
-// Shares of the view that are tried, each this much larger than the one before, none of them within
-// a step of 1; and the largest shift beside them, of the width.
-constexpr double kNarrowest = 0.5, kWidest = 1.5, kWider = 1.06, kReachOfView = 0.05;
+// Shares of the view that are tried, each this much larger than the one before, all of them another
+// view: near to the right one, edges fit by chance. The largest shift beside them, of the width.
+constexpr double kNarrowest = 0.5, kWidest = 1.5, kWider = 1.06, kAnotherView = 1.1;
+constexpr double kReachOfView = 0.05;
 
 // Marks the nearer side of each step of depth along a row or a column.
 void MarkSteps(const cv::Mat& raw, bool down, cv::Mat* edges) {
@@ -88,7 +89,7 @@ cv::Mat Flipped(const cv::Mat& image, DepthFlip flip) {
 std::vector<double> ViewShares() {
   std::vector<double> shares;
   for (double share = kNarrowest; share < kWidest; share *= kWider) {
-    if (share < 1.0 / kWider || share > kWider) shares.push_back(share);
+    if (std::max(share, 1.0 / share) > kAnotherView) shares.push_back(share);
   }
   return shares;
 }
@@ -155,6 +156,13 @@ double ShareOfGreater(const std::vector<double>& values, const std::vector<doubl
   std::size_t greater = 0;
   for (std::size_t i = 0; i < values.size(); ++i) greater += values[i] > others[i] ? 1 : 0;
   return static_cast<double>(greater) / static_cast<double>(values.size());
+}
+
+// Mean difference in its standard deviations.
+double SigmasApart(std::vector<double> values, const std::vector<double>& others) {
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] -= others[i];
+  const double sigma = SigmaOfMean(values);
+  return sigma > 0.0 ? Mean(values) / sigma : 0.0;
 }
 
 // The cell of no shift.
@@ -269,11 +277,14 @@ std::optional<DepthEdges::Result> DepthEdges::Fit() const {
   result.shifted = FitOf(DepthFlip::kNone, &cell);
   const std::vector<double> shifted = Correlations(DepthFlip::kNone, cell);
   result.shifted.better = ShareOfGreater(shifted, as_they_are);
+  result.shifted.sigmas = SigmasApart(shifted, as_they_are);
   result.view = FitOfView(shifted);
   for (const DepthFlip flip :
        {DepthFlip::kLeftRight, DepthFlip::kUpsideDown, DepthFlip::kHalfTurn}) {
     EdgeFit fit = FitOf(flip, &cell);
-    fit.better = ShareOfGreater(Correlations(flip, cell), shifted);
+    const std::vector<double> flipped = Correlations(flip, cell);
+    fit.better = ShareOfGreater(flipped, shifted);
+    fit.sigmas = SigmasApart(flipped, as_they_are);
     if (flip == DepthFlip::kLeftRight || fit.correlation > result.flipped.correlation) {
       result.flipped = fit;
     }

@@ -20,6 +20,8 @@ struct EdgeFit {
   double sigma_u = 0.0, sigma_v = 0.0;  // [px] standard deviations over the images
   double correlation = 0.0;             // of edges, mean over the images
   double better = 0.0;  // share of the images in which it fits better than what it is compared with
+  // By how many of its standard deviations the mean is higher than that of the images as they are.
+  double sigmas = 0.0;
 };
 
 // A share of the view of colour that depth may show, in the middle of it.
