@@ -16,7 +16,8 @@ constexpr double kStep = 0.1, kArc = 0.2;  // [s]
 // Changes of velocity of `count` arcs, of accelerations of about `motion` [m/s^2] beside gravity,
 // by images whose lengths are `scale` times the true ones. The camera turns slowly, and the
 // accelerometer has a bias.
-AccelerometerFit Draw(unsigned seed, int count, double motion, double scale) {
+AccelerometerFit Draw(unsigned seed, int count, double motion, double scale,
+                      double position_sigma = kPositionSigma) {
   std::mt19937 rng(seed);
   std::normal_distribution<double> normal;
   const auto vector = [&](double sigma) {
@@ -25,12 +26,12 @@ AccelerometerFit Draw(unsigned seed, int count, double motion, double scale) {
   const Eigen::Vector3d gravity(0.0, 0.0, -9.81), bias = vector(0.1);
   Eigen::Quaterniond q_WC = so3::Exp(vector(0.5));
   AccelerometerFit fit;
-  Eigen::Vector3d before = vector(kPositionSigma), here = vector(kPositionSigma);
+  Eigen::Vector3d before = vector(position_sigma), here = vector(position_sigma);
   for (int i = 0; i < count; ++i) {
     q_WC = q_WC * so3::Exp(vector(0.05));
     const Eigen::Vector3d acceleration = vector(motion);
     const Eigen::Vector3d force = q_WC.conjugate() * (acceleration - gravity) + bias + vector(0.02);
-    const Eigen::Vector3d after = vector(kPositionSigma);
+    const Eigen::Vector3d after = vector(position_sigma);
     const Eigen::Vector3d y = scale * kArc * acceleration + (after - 2.0 * here + before) / kArc;
     before = here;
     here = after;
@@ -47,6 +48,16 @@ AccelerometerFit Draw(unsigned seed, int count, double motion, double scale) {
 
 std::optional<double> ScaleOf(const AccelerometerFit& fit) {
   return ContradictedScale(fit, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
+}
+
+// Depth that is five times too long makes the errors of the images as much longer: a free fit
+// explains two thirds of the changes of velocity, and the scale leaves more than a right one does.
+TEST(ContradictedScale, FindsAFarScaleWhoseImagesAreNoisy) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const auto scale = ScaleOf(Draw(seed, 60, 0.15, 5.0, 0.01));
+    ASSERT_TRUE(scale) << seed;
+    EXPECT_NEAR(std::log2(*scale), std::log2(5.0), 1.0) << seed;
+  }
 }
 
 // At a rate of one in a thousand, three and more alarms in 400 draws have a probability of 0.8 %.

@@ -11,9 +11,12 @@ constexpr double kSignificantScale = 25.0;        // variances
 constexpr double kLeastRatio = 0.37;              // of log2: 1.3, with which an IMU in use copes
 constexpr double kMostRatio = 5.0;                // of log2
 constexpr double kCoarse = 0.25, kFine = 0.0625;  // steps of log2
-// Of what a free fit explains: the part of it that a free fit of this kind must explain, and the
-// part that the ratio may leave.
+// The part of the changes of velocity that a free fit must explain, and the part of this that the
+// ratio may leave: what explains less is another fault. Depth that is much too long makes errors of
+// the images as much longer: of a far ratio less is expected.
 constexpr double kExplained = 0.5, kLeft = 0.04;
+constexpr double kFarRatio = 1.5;  // of log2
+constexpr double kExplainedByFar = 0.4, kLeftByFar = 0.15;
 
 struct ScaledFit {
   double log2 = 0.0, squared = std::numeric_limits<double>::infinity();
@@ -34,7 +37,7 @@ std::optional<double> ContradictedScale(const AccelerometerFit& fit, const Eigen
   const double configured = squared(0.0), limit = strictness * kSignificantScale * fit.Variance();
   // The best ratio explains no more than a free fit: most recordings end here.
   if (configured - free < limit) return std::nullopt;
-  if (!is_trimmed && explained < kExplained * fit.Signal()) return std::nullopt;
+  if (!is_trimmed && explained < kExplainedByFar * fit.Signal()) return std::nullopt;
   ScaledFit best;
   const auto search = [&](double from, double to, double step) {
     const int steps = static_cast<int>(std::lround((to - from) / step));
@@ -46,7 +49,10 @@ std::optional<double> ContradictedScale(const AccelerometerFit& fit, const Eigen
   search(-kMostRatio, kMostRatio, kCoarse);
   search(best.log2 - kCoarse, best.log2 + kCoarse, kFine);
   if (std::abs(best.log2) < kLeastRatio || configured - best.squared < limit) return std::nullopt;
-  if (!is_trimmed && best.squared - free > kLeft * explained) return std::nullopt;
+  const bool is_far = std::abs(best.log2) > kFarRatio;
+  if (!is_trimmed && !is_far && explained < kExplained * fit.Signal()) return std::nullopt;
+  const double left = is_far ? kLeftByFar : kLeft;
+  if (!is_trimmed && best.squared - free > left * explained) return std::nullopt;
   return std::exp2(best.log2);
 }
 
