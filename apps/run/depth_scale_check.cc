@@ -13,6 +13,10 @@ bool IsScaleMeaningful(const InertialReport& last) {
   return is_used && last.time_offset_sigma < kSettled;
 }
 
+bool IsOfImu(const SensorFinding& finding) {
+  return finding.fault >= SensorFault::kImuMount && finding.fault <= SensorFault::kImuInconsistent;
+}
+
 std::optional<SensorFinding> CheckDepthScale(const DepthScale& scale, double depth_factor) {
   constexpr double kSmall = 0.05, kLarge = 0.1, kSigmas = 5.0;
   const double off = std::abs(scale.scale - 1.0);

@@ -12,6 +12,10 @@ namespace highwall::apps {
 // aligned with that of the images. last: of the last frame.
 bool IsScaleMeaningful(const InertialReport& last);
 
+// Whether a finding is of the IMU: of its calibration, readings or clock. Images that contradict
+// the IMU do not have its scale.
+bool IsOfImu(const SensorFinding& finding);
+
 // Returns a finding if the scale is wrong by more than 5 % and by five standard deviations: a depth
 // that is right, or off by 2 %, gives one at most once in a thousand recordings. depth_factor: as
 // configured.

@@ -394,10 +394,6 @@ void SaveTrace(const SlamRunOptions& options, const RunProfile& profile, SlamRun
   Attempt("trace", &run->failures, [&] { WriteTrace(options.trace, profile.trace()); });
 }
 
-bool IsOfImu(const SensorFinding& finding) {
-  return finding.fault >= SensorFault::kImuMount && finding.fault <= SensorFault::kImuInconsistent;
-}
-
 // Returns everything that was found before, during and after tracking. report: called for what is
 // found only now; may be empty.
 SensorVerdict VerdictOf(const SlamRun& run, const SlamRunOptions& options,
