@@ -77,6 +77,18 @@ double ShareBetween(const std::vector<double>& readings, double low, double high
                           : static_cast<double>(within) / static_cast<double>(readings.size());
 }
 
+// Whether the far readings leave out values between them, as steps do. The search for steps takes
+// long where they fill all.
+bool HasGaps(const std::vector<double>& sorted) {
+  constexpr double kFilled = 0.6;  // of the values that as many readings fill by chance
+  const std::size_t begin = sorted.size() / 2, end = sorted.size() - sorted.size() / 10;
+  const double count = static_cast<double>(end - begin),
+               range = sorted[end - 1] - sorted[begin] + 1;
+  double distinct = 1.0;
+  for (std::size_t i = begin + 1; i < end; ++i) distinct += sorted[i] > sorted[i - 1] ? 1.0 : 0.0;
+  return distinct < kFilled * range * (1.0 - std::exp(-count / range));
+}
+
 SensorFinding ConstantDepth(const char* text) {
   return {SensorFault::kDepthConstant, Trust::kNotTrusted, text,
           "store what the depth camera measures; a constant makes any motion look like another"};
@@ -155,10 +167,11 @@ void DepthCheck::Tests::AddScale(const RgbdSensor& sensor,
   std::vector<double> sorted = readings;
   std::ranges::sort(sorted);
   const double factor = sensor.depth_factor, median = sorted[sorted.size() / 2] / factor;
+  const bool is_usual = median > kUsualNear && median < kUsualFar;
+  if (is_usual && !HasGaps(sorted)) return;
   DepthSurvey survey;
   for (const cv::Mat& raw : images) survey.Add(raw);
   const DepthStatistics statistics = survey.Describe();
-  const bool is_usual = median > kUsualNear && median < kUsualFar;
   if (is_usual && !statistics.inverse_step) return;
   const std::vector<DepthGuess> guesses = IdentifyDepthSensor(statistics, factor);
   if (guesses.empty()) return;
