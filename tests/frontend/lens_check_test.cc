@@ -236,13 +236,32 @@ TEST(LensCheck, BelievesTheStatedLensWhereTheEstimateIsCoarse) {
 TEST(LensCheck, BelievesTheStatedLensWherePosesAndPointsAbsorbTheDifference) {
   const PinholeCamera camera = IdealSensor().camera;
   const Eigen::Vector4d known(camera.fx, camera.fy, camera.cx, camera.cy);
-  LensEstimate estimate{.intrinsics = known, .sigma = Eigen::Vector4d::Constant(0.02 * camera.fy)};
+  LensEstimate estimate{.intrinsics = known,
+                        .sigma = Eigen::Vector4d::Constant(0.0075 * camera.fy)};
   // As in a road of which depth is 2 % too short: cy is 20 sigma off.
-  estimate.intrinsics[3] += 0.4 * camera.fy;
+  estimate.intrinsics[3] += 0.15 * camera.fy;
   estimate.growth[3] = 5e-4;
   EXPECT_FALSE(CompareLens(camera, estimate));
   estimate.growth[3] = 0.05;
   EXPECT_TRUE(CompareLens(camera, estimate));
+}
+
+// A right road of 5 s whose depth was 20 ms late had such an estimate, of 30 standard deviations.
+TEST(LensCheck, BelievesACentreInTheMiddleWhereTheEstimateIsVeryFarFromIt) {
+  PinholeCamera camera = IdealSensor().camera;
+  const double middle = 0.5 * (camera.height - 1.0);
+  for (const double stated : {0.0, 0.15}) {
+    camera.cy = middle + stated * camera.height;
+    for (const double estimated : {-0.15, -0.25}) {
+      LensEstimate estimate{
+          .intrinsics = {camera.fx, camera.fy, camera.cx, middle + estimated * camera.height},
+          .sigma = Eigen::Vector4d::Constant(0.005 * camera.fx),
+          .growth = Eigen::Vector4d::Constant(0.02),
+          .keyframes = 14};
+      EXPECT_EQ(CompareLens(camera, estimate).has_value(), stated > 0.0 || estimated > -0.2)
+          << stated << " " << estimated;
+    }
+  }
 }
 
 TEST(LensCheck, BelievesTheStatedLensWhereTheEstimateIsOfNoLens) {

@@ -63,6 +63,17 @@ double CornerSquared(const PinholeCamera& camera) {
   return x * x + y * y;
 }
 
+// A principal point that is stated in the middle of the image is hardly ever far from it: an
+// estimate that says so is of images whose errors of depth look like a rotation.
+bool IsUnlikelyCentre(const PinholeCamera& camera, const LensEstimate& estimate, int axis) {
+  constexpr double kVeryFarCentre = 0.2;  // of the image's side
+  const double side = axis == 0 ? camera.width : camera.height, middle = 0.5 * (side - 1.0);
+  const double stated = axis == 0 ? camera.cx : camera.cy,
+               estimated = estimate.intrinsics[2 + axis];
+  return std::abs(stated - middle) < kFarCentre * side &&
+         std::abs(estimated - middle) > kVeryFarCentre * side;
+}
+
 std::vector<Deviation> DeviationsOf(const PinholeCamera& camera, const LensEstimate& estimate) {
   std::vector<Deviation> all;
   const auto add = [&](LensPart part, double off, double sigma, double growth, double tolerance) {
@@ -73,6 +84,7 @@ std::vector<Deviation> DeviationsOf(const PinholeCamera& camera, const LensEstim
   const double few = estimate.keyframes < kManyKeyframes ? 2.0 : 1.0;
   const Eigen::Vector4d known(camera.fx, camera.fy, camera.cx, camera.cy);
   for (int i = 0; i < 4; ++i) {
+    if (i >= 2 && IsUnlikelyCentre(camera, estimate, i - 2)) continue;
     // The larger focal length: a wrong one is too small or too large.
     const double focal = std::max(known[i % 2], estimate.intrinsics[i % 2]);
     const bool is_clear = estimate.growth[i] > kClearGrowth;
