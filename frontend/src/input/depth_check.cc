@@ -158,7 +158,19 @@ struct DepthCheck::Tests {
 
   void AddScale(const RgbdSensor& sensor, std::vector<SensorFinding>* findings) const;
   void AddPlace(std::vector<SensorFinding>* findings) const;
+  // That of the edges of all images, computed once.
+  const std::optional<DepthEdges::Result>& Fit() const;
+
+ private:
+  mutable std::optional<DepthEdges::Result> fit_;
+  mutable std::size_t fitted_ = 0;  // images
 };
+
+const std::optional<DepthEdges::Result>& DepthCheck::Tests::Fit() const {
+  if (fitted_ != images.size()) fit_ = edges.Fit();
+  fitted_ = images.size();
+  return fit_;
+}
 
 // Where the depths by the factor are usual, only steps of the values show another one.
 void DepthCheck::Tests::AddScale(const RgbdSensor& sensor,
@@ -204,7 +216,7 @@ void DepthCheck::Tests::AddScale(const RgbdSensor& sensor,
 }
 
 void DepthCheck::Tests::AddPlace(std::vector<SensorFinding>* findings) const {
-  const std::optional<DepthEdges::Result> fit = edges.Fit();
+  const std::optional<DepthEdges::Result>& fit = Fit();
   if (!fit) return;
   const double width = size.width;
   const auto is_clear = [&](const EdgeFit& found, double least) {
@@ -321,7 +333,7 @@ std::vector<SensorFinding> DepthCheck::Findings() const {
 
 bool DepthCheck::IsUnclear() const {
   constexpr double kBetter = 1.3;  // ratio of correlations
-  const std::optional<DepthEdges::Result> fit = tests_->edges.Fit();
+  const std::optional<DepthEdges::Result>& fit = tests_->Fit();
   return fit && std::max({fit->shifted.correlation, fit->flipped.correlation,
                           fit->view.correlation}) > kBetter * fit->correlation;
 }
