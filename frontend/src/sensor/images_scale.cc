@@ -24,6 +24,15 @@ struct ScaledFit {
 
 }  // namespace
 
+std::vector<double> ScalesOfImages() {
+  constexpr int kOctaves = 4, kPerOctave = 4;
+  std::vector<double> scales;
+  for (int i = -kOctaves * kPerOctave; i <= kOctaves * kPerOctave; ++i) {
+    scales.push_back(std::exp2(static_cast<double>(i) / kPerOctave));
+  }
+  return scales;
+}
+
 std::optional<double> ContradictedScale(const AccelerometerFit& fit, const Eigen::Matrix3d& A_CB,
                                         const Eigen::Vector3d& lever_arm, double strictness) {
   // What fits the configuration worst is most of what shows a scale: of the rest the gain counts.

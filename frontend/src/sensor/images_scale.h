@@ -1,12 +1,17 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
 #include "sensor/imu_alignment.h"
 
 namespace highwall {
+
+// Returns the scales of images that are tried where any one excuses the IMU: 1/16 to 16, four an
+// octave.
+std::vector<double> ScalesOfImages();
 
 // Returns the ratio of the lengths in the images to those that the accelerometer measures, if they
 // contradict each other by it: a depth factor that is wrong, or a unit of the accelerometer. Empty

@@ -259,10 +259,10 @@ class Judge {
     const ClockRelation& clock = Best(configured_.gyroscope, near_).clock;
     if (!IsWorse(configured_, clock, kWrong)) return false;
     // A wrong scale is one of the depth, unless gravity tells (InertialInitializer).
-    for (int power = -16; power <= 16; ++power) {
+    for (const double scale : ScalesOfImages()) {
       Reading scaled = configured_;
-      scaled.accelerometer *= std::exp2(0.25 * power);
-      scaled.lever_arm *= std::exp2(0.25 * power);
+      scaled.accelerometer *= scale;
+      scaled.lever_arm *= scale;
       if (!IsWorse(scaled, clock, kRight)) return false;
       scaled.lever_arm = configured_.lever_arm;
       if (!IsWorse(scaled, clock, kRight)) return false;
@@ -394,8 +394,7 @@ std::optional<Reading> Judge::UnitOfLeverArm() {
   const AccelerometerFit& fit = Acceleration(Best(configured_.gyroscope, near_).clock);
   if (fit.size() < kFewest) return std::nullopt;
   double configured = std::numeric_limits<double>::infinity();
-  for (int power = -16; power <= 16; ++power) {
-    const double scale = std::exp2(0.25 * power);
+  for (const double scale : ScalesOfImages()) {
     const Matrix3 A = scale * configured_.accelerometer;
     configured = std::min({configured, fit.Squared(A, configured_.lever_arm),
                            fit.Squared(A, scale * configured_.lever_arm)});
