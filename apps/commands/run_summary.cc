@@ -39,7 +39,7 @@ void WarnOfGps(const std::string& command, const SlamRun& run) {
 // Whether the scale of the depth is known and no finding contradicts it, or states it already.
 bool IsDepthScaleNews(const SlamRun& run) {
   const auto is_of_scale = [](const SensorFinding& finding) {
-    return finding.fault == SensorFault::kDepthScale || IsOfImu(finding);
+    return finding.fault == SensorFault::kDepthScale || LeavesNoScale(finding);
   };
   return run.inertial && run.inertial->depth_scale && IsScaleMeaningful(run.inertial->last) &&
          std::ranges::none_of(run.verdict.findings, is_of_scale);

@@ -17,6 +17,10 @@ bool IsOfImu(const SensorFinding& finding) {
   return finding.fault >= SensorFault::kImuMount && finding.fault <= SensorFault::kImuInconsistent;
 }
 
+bool LeavesNoScale(const SensorFinding& finding) {
+  return IsOfImu(finding) && finding.fault != SensorFault::kImuClock;
+}
+
 std::optional<SensorFinding> CheckDepthScale(const DepthScale& scale, double depth_factor) {
   constexpr double kSmall = 0.05, kLarge = 0.1, kSigmas = 5.0;
   const double off = std::abs(scale.scale - 1.0);

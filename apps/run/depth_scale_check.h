@@ -12,9 +12,11 @@ namespace highwall::apps {
 // aligned with that of the images. last: of the last frame.
 bool IsScaleMeaningful(const InertialReport& last);
 
-// Whether a finding is of the IMU: of its calibration, readings or clock. Images that contradict
-// the IMU do not have its scale.
+// Whether a finding is of the IMU: of its calibration, readings or clock.
 bool IsOfImu(const SensorFinding& finding);
+// Whether a finding of the IMU leaves no scale: images that contradict the IMU do not have its
+// scale. Clocks that are apart alone do not contradict it, as long as it is in use.
+bool LeavesNoScale(const SensorFinding& finding);
 
 // Returns a finding if the scale is wrong by more than 5 % and by five standard deviations: a depth
 // that is right, or off by 2 %, gives one at most once in a thousand recordings. depth_factor: as

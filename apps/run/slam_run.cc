@@ -414,9 +414,8 @@ SensorVerdict VerdictOf(const SlamRun& run, const SlamRunOptions& options,
          "the IMU is not used: " + run.inertial->last.reason,
          "check the section imu of calibration.yaml with highwall calibrate"});
   }
-  // Images that contradict the IMU do not have the scale of the IMU.
   if (run.inertial && run.inertial->scale_finding &&
-      std::ranges::none_of(verdict.findings, IsOfImu)) {
+      std::ranges::none_of(verdict.findings, LeavesNoScale)) {
     add(*run.inertial->scale_finding);
   }
   if (!run.map_met && !run.largest.trajectory.empty()) {

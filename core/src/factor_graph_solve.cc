@@ -116,7 +116,6 @@ SolveSummary FactorGraph::Impl::RunWhole(const SolveOptions& options,
   ceres::Solver::Summary of_ceres;
   {
     const internal::QuietGlog quiet;
-    const internal::OneOpenMpThread one_thread(options.threads == 1);
     ceres::Solve(solver, &problem, &of_ceres);
   }
   return WithConvergenceOf(callback, Summarize(of_ceres));
@@ -180,6 +179,7 @@ SolveSummary FactorGraph::SolveWithCovariance(const SolveOptions& options,
     return refused;
   }
 
+  const internal::OneOpenMpThread one_thread(options.threads == 1);
   const double damping = DampingOfLandmarks(options);
   std::optional<internal::ProjectedProblem> projected;
   if (project) {

@@ -11,6 +11,7 @@ namespace highwall::internal {
 // During its lifetime parallel regions of OpenMP that its thread enters have one thread. CHOLMOD
 // starts four for each supernode, whatever the number of processors: with the small supernodes of a
 // pose graph, waking them takes longer than their work, and they keep other threads from running.
+// The limit is one of the calling thread (libgomp since GCC 12).
 class OneOpenMpThread {
  public:
   // limits: false: does nothing.

@@ -46,7 +46,11 @@ class SolveCallback final : public ceres::IterationCallback {
   // would dominate the gradient.
   bool GradientsPredictConvergence(const ceres::IterationSummary& iteration) const {
     constexpr double kLeastRatio = 0.5, kLargestRatio = 1.5;  // of the actual gain and the model's
+    // The gradient is given as the difference of the variables, of quaternions a chord: it would
+    // hide what a rotation of more than a radian means.
+    constexpr double kLongestChord = 0.5;
     const double ratio = iteration.relative_decrease;
+    if (iteration.gradient_max_norm > kLongestChord) return false;
     if (ratio < kLeastRatio || ratio > kLargestRatio) return false;
     const double shrinkage = iteration.gradient_norm / last_gradient_norm_;
     const double next_gain = iteration.cost_change / ratio * shrinkage * shrinkage;

@@ -36,6 +36,13 @@ TEST(CheckDepthScale, StatesTheFactorAndTrustsLessWhatIsFarOff) {
   EXPECT_NE(much->remedy.find("depth_factor: 6250"), std::string::npos) << much->remedy;
 }
 
+TEST(LeavesNoScale, AnImuWhoseClockAloneIsApartHasAScale) {
+  EXPECT_FALSE(LeavesNoScale({.fault = SensorFault::kImuClock}));
+  EXPECT_FALSE(LeavesNoScale({.fault = SensorFault::kDepthScale}));
+  EXPECT_TRUE(LeavesNoScale({.fault = SensorFault::kImuMount}));
+  EXPECT_TRUE(LeavesNoScale({.fault = SensorFault::kImuInconsistent}));
+}
+
 TEST(CheckDepthScale, NeedsFivePercentAndFiveStandardDeviations) {
   EXPECT_FALSE(CheckDepthScale({.scale = 1.049, .sigma = 0.001}, 1000.0));
   EXPECT_FALSE(CheckDepthScale({.scale = 1.22, .sigma = 0.05}, 1000.0));

@@ -89,25 +89,6 @@ TEST(InertialOdometry, FindsTheTimeOffsetToAMillisecond) {
   }
 }
 
-// It is estimated, so that the IMU remains in use.
-TEST(InertialOdometry, ReportsClocksThatAreFartherApartThanStatedOnce) {
-  for (const double offset : {-0.04, 0.0, 0.02, 0.04}) {
-    Drive drive({.motion = 0.5, .bias = kBias, .time_offset = offset});
-    drive.Until(8.0);
-    ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning) << drive.reports.back().reason;
-    std::vector<SensorFinding> findings;
-    for (const InertialReport& report : drive.reports) {
-      if (report.finding) findings.push_back(*report.finding);
-    }
-    ASSERT_EQ(findings.size(), std::abs(offset) > 0.03 ? 1u : 0u) << offset;
-    if (findings.empty()) continue;
-    EXPECT_EQ(findings.front().fault, SensorFault::kImuClock);
-    EXPECT_NE(findings.front().text.find(offset > 0.0 ? "ms ahead of" : "ms behind"),
-              std::string::npos)
-        << findings.front().text;
-  }
-}
-
 TEST(InertialOdometry, AnOffsetThatIsNotEstimatedKeepsItsValue) {
   Drive drive({}, {.estimate_time_offset = false});
   drive.Until(3.0);

@@ -172,6 +172,14 @@ TEST(PoseSmoother, TheFirstPoseOfAMapIsAsUncertainAsTheNext) {
   }
 }
 
+TEST(PoseSmoother, TheFirstPoseOfAMapIsAsUncertainAsTheNextThatAnImageMeasures) {
+  Recording recording = Hand(200, 5);
+  for (const std::size_t i : {1, 2}) recording.measured[i].information->setZero();
+  const std::vector<Pose> expected = Smooth(recording.measured);
+  recording.measured.front().information.reset();
+  EXPECT_LT((Smooth(recording.measured).front().p() - expected.front().p()).norm(), 1e-9);
+}
+
 TEST(PoseSmoother, NeighboursReplaceAPoseThatItsImageDoesNotState) {
   Recording recording = Hand(400, 6);
   std::vector<std::size_t> blind;

@@ -41,7 +41,7 @@ constexpr double kEdgesFit = 0.08;  // correlation of edges that agree
 // shifts by up to 2 % of the width (errors of the edges of a slanted road) 2.3 times as well; depth
 // that is 20 ms late was once shifted by 2.7 % in all images.
 constexpr double kFewEdgesFit = 0.05, kFewEdgesShiftBetter = 2.5, kFewEdgesShift = 0.03;
-// Of more images: standard deviations by which the mean is higher, in place of nearly all images.
+// Of more images: standard deviations by which the mean is higher, if not nearly all images are.
 // Images near to each other share errors: half of the evidence.
 constexpr double kFitSigmas = 5.0;
 // Ratio of correlations of the right flip and any other; the same of more images.
@@ -354,7 +354,7 @@ std::vector<SensorFinding> CheckDepth(const Dataset& dataset, const RgbdSensor& 
   const std::size_t count = std::min(kImages, frames);
   for (std::size_t i = 0; i < count; ++i) add((2 * i + 1) * frames / (2 * count));
   std::vector<SensorFinding> findings = check.Findings();
-  // Between them, and then between those.
+  // Between them, and then between those and after the last.
   for (std::size_t parts = 2; parts <= kMostParts; parts *= 2) {
     if (!findings.empty() || frames < 2 * parts * kImages || !check.IsUnclear()) break;
     for (std::size_t i = 1; i < parts * kImages / 2; ++i) {

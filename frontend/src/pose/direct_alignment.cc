@@ -45,6 +45,7 @@ struct Stage {
   double gate;       // [m]
   double converged;  // [m, rad] norm of the last step
 };
+// Every third cell was chosen with one recording; every fourth loses frames of it.
 constexpr std::array<Stage, 3> kStages{
     {{4.0, 3, 0.2, 1e-3}, {2.0, 1, 0.08, 3e-4}, {0.0, 1, 0.03, 1e-4}}};
 constexpr int kSteps = 15;         // per stage, each with new associations

@@ -576,7 +576,7 @@ SensorFinding ClockFinding(double offset, double stated) {
               FixedText(1e3 * std::abs(offset), 0) + " ms " +
               (offset > 0.0 ? "ahead of" : "behind") + " those of the images, instead of " +
               FixedText(1e3 * stated, 0) + " ms",
-          "set time_offset: " + FixedText(offset, 2) + " in the section imu of calibration.yaml"};
+          "set time_offset: " + FixedText(offset, 3) + " in the section imu of calibration.yaml"};
 }
 
 ImuJudgement JudgeImu(const Trajectory& poses, std::span<const ImuSample> readings,

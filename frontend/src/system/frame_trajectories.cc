@@ -11,6 +11,7 @@ namespace {
 
 // Frames whose motion predicts the newest one: a few seconds.
 constexpr std::size_t kLearnedFrom = 200;
+constexpr std::size_t kMostSearched = 400;  // for frames of the same world
 
 MeasuredPose Measured(const PosedFrame& frame, const Map& map, const std::optional<Pose>& T_BC) {
   const Pose T_WC = frame.measured().T_WC(map);
@@ -68,7 +69,8 @@ void FrameTrajectories::Forget(SubmapId submap, const Map& map) {
 std::optional<Pose> FrameTrajectories::PredictNewest(const Map& map) const {
   const SubmapId root = *map.RootOf(frames_.back().pose.reference);
   std::vector<std::size_t> latest;
-  for (std::size_t i = frames_.size(); i-- > 0 && latest.size() < kLearnedFrom;) {
+  const std::size_t oldest = frames_.size() - std::min(frames_.size(), kMostSearched);
+  for (std::size_t i = frames_.size(); i-- > oldest && latest.size() < kLearnedFrom;) {
     if (map.RootOf(frames_[i].pose.reference) == root) latest.push_back(i);
   }
   std::ranges::reverse(latest);

@@ -119,7 +119,11 @@ void SlamSystem::Impl::AddReadingsBeforeStart() {
     if (map_.RootOf(frames[i].pose.reference) != root) return;
     const FusedStamps at{frames[i].stamp, frames[i].stamp + (now.stamp - last_fused_)};
     if (!after) fused_before_ = at;
-    if (after && !(frames[i + 1].readings = Readings(at, after->imu, now))) return;
+    if (after) {
+      auto readings = frames[i + 1].readings ? nullptr : Readings(at, after->imu, now);
+      if (!readings) return;
+      frames[i + 1].readings = std::move(readings);
+    }
     after = at;
   }
 }

@@ -93,12 +93,19 @@ std::size_t EndOfStretch(std::span<const MeasuredPose> poses, std::size_t begin)
   return end;
 }
 
+bool IsMeasured(const MeasuredPose& pose) {
+  return pose.information && !pose.information->isZero(0.0);
+}
+
 // Returns the poses with the first one of a map, which its image does not measure but defines, as
-// uncertain as the next: the keyframe made of it has the same errors as any other.
+// uncertain as the next that an image measures: the keyframe made of it has the same errors as any
+// other.
 std::vector<MeasuredPose> WithFirstPoses(std::span<const MeasuredPose> poses) {
   std::vector<MeasuredPose> all(poses.begin(), poses.end());
-  for (std::size_t i = 0; i + 1 < all.size(); ++i) {
-    if (!all[i].information) all[i].information = poses[i + 1].information;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].information) continue;
+    const auto measured = std::ranges::find_if(poses.subspan(i), IsMeasured);
+    if (measured != poses.subspan(i).end()) all[i].information = measured->information;
   }
   return all;
 }

@@ -137,7 +137,6 @@ class SlamSystem::Impl {
   // Gives the frames of this world until now, tracked before the IMU was initialized, the readings
   // between them, so that these smooth the whole trajectory.
   void AddReadingsBeforeStart();
-  void TieFramesBefore(Stamp image);
   LossReason ReasonOf(const TrackedFrame& lost) const;
   bool WantsKeyFrame(const TrackedFrame& tracked);
   // Returns whether a keyframe that is due waits until the running adjustment ends.

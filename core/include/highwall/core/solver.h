@@ -35,7 +35,7 @@ enum class LinearSolver {
 // predicted to gain less than function_tolerance.
 struct SolveOptions {
   int max_iterations = 50;  // >= 0
-  int threads = 1;  // >= 1; 1 gives bit-equal results on every run, and OpenMP no thread either
+  int threads = 1;          // >= 1; 1: bit-equal results on every run, and OpenMP starts no threads
   double max_seconds = 1e6;                  // [s] > 0
   double function_tolerance = 1e-6;          // >= 0; relative decrease of the cost
   double gradient_tolerance = 1e-10;         // >= 0; largest entry of the projected gradient

@@ -98,7 +98,7 @@ struct FrameResult {
   std::optional<LossReason> reason{};  // set if there is no pose
   bool relocalized = false;
   // The colour image repeats the previous one (RepeatedImage): it gives no new constraint, and the
-  // pose is predicted by the IMU or extrapolated at constant velocity.
+  // pose is predicted by the IMU, or by the motion of the last seconds without one.
   bool repeated = false;
   // [ns] by which its colour was taken before the stamp, found where images repeat; a keyframe made
   // of it has the stamp of its colour
