@@ -248,8 +248,8 @@ TEST(PoseSmoother, PredictsBetterThanTheLastTwoPosesDo) {
     by_all.push_back(Predict(recording, i - 150, i, kAhead, by_two.back()).value());
     truth.push_back(recording.truth[i - 1 + kAhead]);
   }
-  // A margin of a tenth to what this seed has.
-  EXPECT_LT(PositionRmse(by_all, truth), 0.55 * PositionRmse(by_two, truth));
+  // A margin of a tenth to the worse of two draws: compilers draw the noise in another order.
+  EXPECT_LT(PositionRmse(by_all, truth), 0.61 * PositionRmse(by_two, truth));
   // The hand's turns are hardly predictable, by whatever poses.
   EXPECT_LT(RotationRmse(by_all, truth), RotationRmse(by_two, truth));
 }
