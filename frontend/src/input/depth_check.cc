@@ -11,6 +11,7 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
+#include <highwall/core/stamp.h>
 #include <highwall/frontend/input/depth_identification.h>
 #include <highwall/frontend/input/depth_survey.h>
 #include <highwall/internal/number_text.h>
@@ -24,6 +25,8 @@ namespace {
 
 constexpr std::size_t kImages = 8;     // that are tested
 constexpr std::size_t kMostParts = 4;  // images as many times, where they are unclear
+// [s] between more images: nearer ones are of one view, and their errors are the same.
+constexpr double kApart = 0.12;
 constexpr int kHighest = std::numeric_limits<std::uint16_t>::max();
 
 // [m] Median depths that are usual: with a factor of 1000 for 5000, or the reverse, another
@@ -242,7 +245,9 @@ void DepthCheck::Tests::AddPlace(std::vector<SensorFinding>* findings) const {
   }
   const double far = std::hypot(shifted.shift_u, shifted.shift_v);
   const double sigma = std::hypot(shifted.sigma_u, shifted.sigma_v);
-  const bool is_far = is_clear(shifted, kFewEdgesFit) && far > kFewEdgesShift * width &&
+  // Eight images of few edges may be of one view, whose outlines agree elsewhere by chance.
+  const bool is_far = images.size() > kImages && is_clear(shifted, kFewEdgesFit) &&
+                      far > kFewEdgesShift * width &&
                       shifted.correlation > kFewEdgesShiftBetter * fit->correlation;
   // Depth that is some 20 ms late lies as far off as the camera turns: of more images that looks
   // more certain than it is.
@@ -354,9 +359,12 @@ std::vector<SensorFinding> CheckDepth(const Dataset& dataset, const RgbdSensor& 
   const std::size_t count = std::min(kImages, frames);
   for (std::size_t i = 0; i < count; ++i) add((2 * i + 1) * frames / (2 * count));
   std::vector<SensorFinding> findings = check.Findings();
+  const double seconds =
+      frames > 0 ? ToSeconds(dataset.stamp(end - 1) - dataset.stamp(begin)) : 0.0;
   // Between them, and then between those and after the last.
   for (std::size_t parts = 2; parts <= kMostParts; parts *= 2) {
     if (!findings.empty() || frames < 2 * parts * kImages || !check.IsUnclear()) break;
+    if (seconds < kApart * static_cast<double>(parts * kImages)) break;
     for (std::size_t i = 1; i < parts * kImages / 2; ++i) {
       const std::size_t half = 2 * i + (parts == 2 ? 0 : 1);
       add(half * frames / (parts * kImages));
