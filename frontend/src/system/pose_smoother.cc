@@ -25,6 +25,7 @@ constexpr std::size_t kWindow = 1000;  // frames smoothed at once
 // Frames on either side of a window that are smoothed with it and not kept. The influence of a
 // frame ends within a few neighbours.
 constexpr std::size_t kOverlap = 50;
+constexpr std::size_t kPredictedFrom = 16;  // frames before the newest one, for the same reason
 // At 95 % of chi-squared with 6 and with 12 degrees of freedom: spikes of poses, cuts of motions.
 constexpr double kMostOfPose = 3.5, kMostOfMotion = 4.6;
 
@@ -153,7 +154,7 @@ std::optional<Pose> PredictLastPose(std::span<const MeasuredPose> poses) {
                           ConstantVelocity::kLongestPrediction) {
     --begin;
   }
-  begin = std::max(begin, poses.size() - std::min(poses.size(), kOverlap));
+  begin = std::max(begin, poses.size() - std::min(poses.size(), kPredictedFrom + 1));
   const auto noise = EstimateMotionNoise(Informed(poses));
   if (!noise || poses.size() - begin < 3) return std::nullopt;
   // Without a loss of the poses: only poses after it show whether the newest one is a spike or the
