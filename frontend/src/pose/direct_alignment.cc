@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -357,14 +358,15 @@ DirectAligner::DirectAligner(const DepthGrid& grid, const DepthNoise& noise, dou
 
 std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& reference,
                                                     const cv::Mat& standing, const Pose& T_WR,
-                                                    const FrameFeatures& features,
-                                                    const Pose& T_WC) const {
+                                                    const FrameFeatures& features, const Pose& T_WC,
+                                                    AlignmentStart start) const {
   if (reference.depth_grid.empty() || reference.gray_grid.empty()) return std::nullopt;
   const double depth = MedianDepth(features.depth_grid);
   if (depth <= 0.0 || features.gray_grid.empty()) return std::nullopt;
   const auto patches = FindPatches(standing, grid_, noise_);
   Alignment alignment(grid_, noise_, reference, standing, features, T_WR.Inverse() * T_WC);
-  for (const Stage& stage : kStages) {
+  const std::span stages(kStages);
+  for (const Stage& stage : stages.subspan(start == AlignmentStart::kAligned ? 1 : 0)) {
     if (!alignment.Refine(patches, stage)) return std::nullopt;
   }
   if (alignment.planes() < min_planes_) return std::nullopt;

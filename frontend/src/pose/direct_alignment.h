@@ -19,6 +19,12 @@ inline constexpr double kMinGreyCorrelation = 0.8;
 // Minimum number of readings on planar patches.
 inline constexpr int kMinPlaneReadings = 30;
 
+// Where an alignment begins.
+enum class AlignmentStart {
+  kPredicted,  // at a predicted pose: the coarsest stage finds the motion
+  kAligned,    // at the pose of an alignment of much the same images: without the coarsest stage
+};
+
 struct DirectAlignment {
   PoseConstraint pose;
   double depth = 0.0;        // [m] median of the frame's
@@ -49,7 +55,8 @@ class DirectAligner {
   // direction is unobservable.
   std::optional<DirectAlignment> Align(const FrameFeatures& reference, const cv::Mat& standing,
                                        const Pose& T_WR, const FrameFeatures& features,
-                                       const Pose& T_WC) const;
+                                       const Pose& T_WC,
+                                       AlignmentStart start = AlignmentStart::kPredicted) const;
 
  private:
   const DepthGrid& grid_;

@@ -80,12 +80,13 @@ std::size_t ColourDelay::Find(const RgbdImage& image, const Twist& motion) const
   cv::Mat gray;
   cv::cvtColor(image.bgr, gray, cv::COLOR_BGR2GRAY);
   const cv::Mat gray_grid = grid_.Average(gray);
-  const std::optional<double> as_usual = Error(gray_grid, usual, motion);
+  std::optional<Pose> T_RC;
+  const std::optional<double> as_usual = Error(gray_grid, usual, motion, &T_RC);
   std::size_t best = usual;
   std::optional<double> least;
   if (as_usual) least = *as_usual - kDistinct;
   const auto is_better = [&](std::size_t late) {
-    const std::optional<double> error = Error(gray_grid, late, motion);
+    const std::optional<double> error = Error(gray_grid, late, motion, &T_RC);
     if (!error || (least && *error >= *least)) return false;
     least = error;
     best = late;
@@ -111,14 +112,17 @@ Stamp ColourDelay::Age(std::size_t late) const {
 }
 
 std::optional<double> ColourDelay::Error(const cv::Mat& gray_grid, std::size_t late,
-                                         const Twist& motion) const {
+                                         const Twist& motion, std::optional<Pose>* T_RC) const {
   FrameFeatures features;
   features.gray_grid = gray_grid;
   features.depth_grid = grid_.Sample(newest_[late].depth, sensor_.min_depth, sensor_.max_depth);
   const double since = ToSeconds(newest_.front().stamp - reference_stamp_ - Age(late) + delay_);
-  const auto aligned = aligner_.Align(*reference_, reference_->depth_grid, Pose(), features,
-                                      motion.Over(std::max(since, 0.0)));
+  const auto aligned =
+      aligner_.Align(*reference_, reference_->depth_grid, Pose(), features,
+                     *T_RC ? **T_RC : motion.Over(std::max(since, 0.0)),
+                     *T_RC ? AlignmentStart::kAligned : AlignmentStart::kPredicted);
   if (!aligned) return std::nullopt;
+  *T_RC = aligned->pose.T_WC;
   const double planes = aligned->planes;
   const double plane_error = (planes * aligned->plane_error + kExpected) / (planes + kExpected);
   return std::log(std::max(aligned->grey_error, kLeastGrey)) +

@@ -39,9 +39,10 @@ class ColourDelay {
   // the caller may overwrite them.
   void Remember(const RgbdImage& image);
   // Sum of the logarithms of the errors of grey levels and planes, less for a greater overlap;
-  // empty if the images cannot be aligned.
-  std::optional<double> Error(const cv::Mat& gray_grid, std::size_t late,
-                              const Twist& motion) const;
+  // empty if the images cannot be aligned. T_RC: of the image in the reference, if it is known from
+  // an alignment with other depth; returns that of this one, if there is one.
+  std::optional<double> Error(const cv::Mat& gray_grid, std::size_t late, const Twist& motion,
+                              std::optional<Pose>* T_RC) const;
   // Returns by how many images the colour of this one is late.
   std::size_t Find(const RgbdImage& image, const Twist& motion) const;
   // Returns how far [cells] the motion moves the scene from one depth image to the next.
