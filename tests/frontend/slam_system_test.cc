@@ -267,6 +267,23 @@ TEST_F(SlamSystemTest, WhileImagesWaitLoopsAreSearchedForEveryThirdKeyframe) {
   EXPECT_EQ(system.postponed().loop_searches, keyframes - keyframes / 3);
 }
 
+// No frame waits for both; with a backlog, the search is counted where it is left out.
+TEST_F(SlamSystemTest, WithThreadsALoopIsSearchedWithTheFrameAfterAKeyframe) {
+  const auto searches = [](int threads, std::size_t frames, bool finish) {
+    SlamSystem system(Sensor(), {.threads = threads});
+    system.SetBacklog(1);
+    for (std::size_t i = 0; i < frames; ++i) {
+      EXPECT_EQ(system.Track(Images()[i]).mapping.has_value(), i == 0);
+    }
+    if (finish) system.Finish();
+    return system.postponed().loop_searches;
+  };
+  EXPECT_EQ(searches(0, 1, false), 1U);
+  EXPECT_EQ(searches(2, 1, false), 0U);
+  EXPECT_EQ(searches(2, 2, false), 1U);
+  EXPECT_EQ(searches(2, 1, true), 1U);
+}
+
 TEST_F(SlamSystemTest, InSynchronousModeABacklogPostponesNoKeyframe) {
   // An adjustment ends before the next frame.
   SlamSystem with(Sensor(), {.threads = 0}), without(Sensor(), {.threads = 0});

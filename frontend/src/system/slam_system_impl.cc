@@ -1,6 +1,7 @@
 #include "system/slam_system_impl.h"
 
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -133,18 +134,24 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
     const StageTimer applying(profile_, "results of other threads", &result.times.loops);
     ApplyResults(result);
   }
+  DoWhatIsDue(result);
   TrackedFrame tracked = result.repeated ? Extrapolate(frame, result) : Estimate(frame, result);
   // Before a keyframe is adjusted: it states something about the pose that was tracked.
   const std::optional<ImageInformation> information = InformationOf(tracked);
   result.uncertainty = UncertaintyOf(tracked, result);
   if (!result.repeated && !options_.localize_only && WantsKeyFrame(tracked)) {
     InsertKeyFrame(tracked, result);
-    LookForLoop(tracked, result);
+    due_ = {.loop_search = true, .lens_check = true};
+    if (options_.threads == 0) {
+      DoWhatIsDue(result);
+      // The loop is closed by now, and the frame belongs to the corrected map.
+      tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
+      DoWhatIsDue(result);
+    }
     AdjustToFactors(tracked, result);
     if (worker_.IsFree() && backlog_.IsEmpty()) {
       depth_pattern_.Begin(map_, model_, submap_, last_given_keyframe_);
     }
-    CheckLens(false);
   }
   Report(tracked, information, result);
   RefineFrames(result);
@@ -153,6 +160,14 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   timer.Stop();
   if (callbacks_.on_frame) callbacks_.on_frame(result);
   return result;
+}
+
+void SlamSystem::Impl::DoWhatIsDue(FrameResult& result) {
+  if (std::exchange(due_.loop_search, false)) {
+    LookForLoop(result);
+  } else if (std::exchange(due_.lens_check, false)) {
+    CheckLens(false);
+  }
 }
 
 bool SlamSystem::Impl::CorrectDepth(FrameResult& result) {
@@ -436,8 +451,8 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   if (inertial_) inertial_->MoveMap(keyframe.T_WC * T_WC.Inverse());
 }
 
-void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
-  if (backlog_.SkipsLoopSearch()) return;
+void SlamSystem::Impl::LookForLoop(FrameResult& result) {
+  if (map_.keyframe(last_keyframe_) == nullptr || backlog_.SkipsLoopSearch()) return;
   const StageTimer timer(profile_, "loop search", &result.times.loops);
   const auto prepare = [&] {
     if (options_.tracker.timing == FrameTimingMode::kIgnored) return;
@@ -447,9 +462,7 @@ void SlamSystem::Impl::LookForLoop(TrackedFrame& tracked, FrameResult& result) {
   };
   if (loop_closer_.InsertKeyFrame(map_, last_keyframe_, prepare)) {
     worker_.Preempt(loop_closer_);
-    // In synchronous mode the loop is closed by now, and the frame belongs to the corrected map.
     ApplyResults(result);
-    tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
   }
   for (LoopReport& refused : loop_closer_.TakeRefused()) result.loops.push_back(std::move(refused));
 }
@@ -485,7 +498,9 @@ void SlamSystem::Impl::ApplyResults(FrameResult& result) {
 
 std::vector<LoopReport> SlamSystem::Impl::Finish() {
   const StageTimer timer(profile_, "end of all threads");
-  std::vector<LoopReport> reports;
+  FrameResult after_last;
+  if (std::exchange(due_.loop_search, false)) LookForLoop(after_last);
+  std::vector<LoopReport> reports = std::move(after_last.loops);
   bool moved = false;  // by factors
   const auto finish_factors = [&] {
     const auto report = factor_adjuster_.Finish(&map_);
@@ -495,7 +510,7 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
   };
   WithTracker([&] {
     mapper_.Finish(&map_);
-    reports = loop_closer_.Finish(&map_);
+    std::ranges::move(loop_closer_.Finish(&map_), std::back_inserter(reports));
     factor_adjuster_.Remember(map_, loop_closer_.TakeMovesByFactors());
     finish_factors();
     pending_.Attach(tracked_.frames(), &map_);

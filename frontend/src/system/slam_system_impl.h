@@ -142,7 +142,10 @@ class SlamSystem::Impl {
   // Returns whether a keyframe that is due waits until the running adjustment ends.
   bool Postpones(const TrackedFrame& tracked, double since_keyframe);
   void InsertKeyFrame(TrackedFrame& tracked, FrameResult& result);
-  void LookForLoop(TrackedFrame& tracked, FrameResult& result);
+  // Does one of the things that are due, so that no frame waits for all that follows on a keyframe.
+  void DoWhatIsDue(FrameResult& result);
+  // Searches for a loop of the newest keyframe.
+  void LookForLoop(FrameResult& result);
   // Applies an estimated depth distortion, between frames; returns whether the map was changed.
   bool CorrectDepth(FrameResult& result);
   // Applies the result of the adjustment to user factors, and begins anew if enough are new.
@@ -185,6 +188,9 @@ class SlamSystem::Impl {
   FactorAdjuster factor_adjuster_;
   DepthDistortionEstimator depth_pattern_;
   LensCheck lens_check_;
+  struct {
+    bool loop_search = false, lens_check = false;
+  } due_;  // after a keyframe, before one of the next frames is tracked
   MapWorker worker_;
   PendingFactors pending_;
   Map map_;
