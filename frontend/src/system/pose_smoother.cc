@@ -72,11 +72,15 @@ std::vector<Pose> Smoothed(std::span<const MeasuredPose> poses, const MotionNois
   return smoothed;
 }
 
-// Returns the poses of which an image states something.
+bool IsMeasured(const MeasuredPose& pose) {
+  return pose.information && !pose.information->isZero(0.0);
+}
+
+// Returns the poses of which an image states something, and those that define a map.
 std::vector<MeasuredPose> Informed(std::span<const MeasuredPose> poses) {
   std::vector<MeasuredPose> informed;
   std::ranges::copy_if(poses, std::back_inserter(informed), [](const MeasuredPose& pose) {
-    return !pose.information || !pose.information->isZero(0.0F);
+    return !pose.information || IsMeasured(pose);
   });
   return informed;
 }
@@ -92,10 +96,6 @@ std::size_t EndOfStretch(std::span<const MeasuredPose> poses, std::size_t begin)
     ++end;
   }
   return end;
-}
-
-bool IsMeasured(const MeasuredPose& pose) {
-  return pose.information && !pose.information->isZero(0.0);
 }
 
 // Returns the poses with the first one of a map, which its image does not measure but defines, as
