@@ -145,6 +145,21 @@ void PrintAccuracy(const SlamRun& run, const SlamArguments& arguments, bool has_
   }
 }
 
+void PrintMemory(const MemoryAtRest& memory) {
+  double others = memory.mib;
+  const auto print = [](double mib, const std::string& holder) {
+    fmt::print("            {:6.1f} MiB {}\n", mib, holder);
+  };
+  fmt::print("            {:.0f} MiB at its peak before the results were written\n",
+             memory.peak_mib);
+  fmt::print("at rest     {:.0f} MiB, of these\n", memory.mib);
+  for (const MemoryShare& share : memory.held) {
+    print(Mib(share), share.holder);
+    others -= Mib(share);
+  }
+  print(std::max(0.0, others), "the program, its libraries and what they keep");
+}
+
 }  // namespace
 
 void WarnOfSensors(const std::string& command, const SlamRun& run, double depth_factor) {
@@ -190,6 +205,7 @@ void PrintSummary(const SlamRun& run, const SlamArguments& arguments, bool has_t
                dense->octree.NodeCount(), dense->octree.options().resolution);
   }
   fmt::print("memory      {:.0f} MiB at its peak\n", memory);
+  if (arguments.memory_report) PrintMemory(run.memory);
   PrintAccuracy(run, arguments, has_truth);
   fmt::print("results in  {}\n", arguments.out);
   fmt::print("verdict     {}\n", run.verdict.Summary());

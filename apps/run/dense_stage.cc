@@ -57,6 +57,8 @@ class DenseStage::KeyframeMapping {
     MapAgain();
   }
 
+  std::vector<MemoryShare> memory() { return mapper_.memory(); }
+
   // Stores the dense map of each submap.
   void Finish(SlamRun* run) {
     std::map<std::int32_t, DenseMap> maps = mapper_.Finish();
@@ -131,6 +133,10 @@ void DenseStage::AddTo(SlamCallbacks* callbacks) {
 void DenseStage::Apply(const KeyframeEvent& event) {
   if (!mapping_) return;
   if (!Attempt(kDenseMap, &failures_, [&] { mapping_->Apply(event); })) mapping_.reset();
+}
+
+std::vector<MemoryShare> DenseStage::memory() {
+  return mapping_ ? mapping_->memory() : std::vector<MemoryShare>();
 }
 
 void DenseStage::Complete() {

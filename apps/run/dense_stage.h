@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <highwall/core/memory_share.h>
 #include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/sensor.h>
 #include <highwall/frontend/system/slam_system.h>
@@ -29,6 +30,8 @@ class DenseStage {
   // Call once, after SlamSystem::Finish(): maps what the system still holds. It is not used any
   // more afterwards, and its memory is free for the map.
   void Complete();
+  // What the dense map holds in memory.
+  std::vector<MemoryShare> memory();
   // Call once, last: stores the dense map of each submap in the run, together with any failures.
   void Finish(SlamRun* run);
 

@@ -2,8 +2,10 @@
 
 #include <malloc.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <cstdlib>
+#include <fstream>
 
 namespace highwall::apps {
 
@@ -23,6 +25,13 @@ double PeakMemoryMib() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+double ResidentMemoryMib() {
+  std::ifstream statm("/proc/self/statm");
+  double all = 0.0, resident = 0.0;  // [pages]
+  if (!(statm >> all >> resident)) return 0.0;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
 }
 
 }  // namespace highwall::apps

@@ -49,6 +49,12 @@ std::string AbsoluteName(const std::filesystem::path& path) {
   return path.empty() ? "" : std::filesystem::absolute(path, error).string();
 }
 
+nlohmann::json ToJson(const MemoryAtRest& memory) {
+  nlohmann::json held = nlohmann::json::object();
+  for (const MemoryShare& share : memory.held) held[share.holder] = Mib(share);
+  return {{"all", memory.mib}, {"peak_before", memory.peak_mib}, {"held", held}};
+}
+
 nlohmann::json ToJson(const SlamRunOptions& options) {
   const FrameBuilderOptions& frame = options.slam.frame;
   return {{"points", frame.use_points},
@@ -327,6 +333,7 @@ nlohmann::json RunJson(const SlamRun& run, const SlamRunOptions& options,
       {"landmarks", {{"points", run.points}, {"lines", run.lines}}},
       {"matched_per_frame", {{"points", run.matched_points}, {"lines", run.matched_lines}}},
       {"per_frame", ToJson(run.per_frame)},
+      {"memory_at_rest_mib", ToJson(run.memory)},
       {"frame_timing_s",
        {{"value", ToJson(run.sensor.timing.value)},
         {"sigma", ToJson(run.sensor.timing.sigma)},

@@ -67,6 +67,8 @@ void AddOutputOptions(CLI::App* command, SlamArguments* arguments) {
                    "Write the stages of each thread to this file, for chrome://tracing and "
                    "ui.perfetto.dev")
       ->check(NotEmpty());
+  command->add_flag("--memory-report", arguments->memory_report,
+                    "Show who holds the memory at the end of the run");
   command->add_flag("--covariances", arguments->covariances,
                     "Write covariances_causal.txt too: how uncertain each pose was when its frame "
                     "was tracked");

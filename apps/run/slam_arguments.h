@@ -42,6 +42,7 @@ struct SlamArguments {
   bool adjust_all = false;
   bool localize = false;
   bool covariances = false;
+  bool memory_report = false;
   bool json = false;
   bool report = false;
   std::string view;  // port of the live view; empty: none

@@ -450,6 +450,14 @@ std::size_t CountWithoutDepth(const Dataset& dataset, const SlamRunOptions& opti
   return static_cast<std::size_t>(std::ranges::count_if(dataset.stamps_without_depth(), is_in));
 }
 
+MemoryAtRest Measure(const SlamSystem& slam, DenseStage* mapping) {
+  MemoryAtRest memory{.peak_mib = PeakMemoryMib(), .held = slam.memory()};
+  for (MemoryShare& share : mapping->memory()) memory.held.push_back(std::move(share));
+  ReturnFreeMemory();
+  memory.mib = ResidentMemoryMib();
+  return memory;
+}
+
 // Tracks the frames until the last one, or until a stop is requested.
 void TrackAll(const SlamRunOptions& options, const RunCallbacks& callbacks, FrameSource* reader,
               ImuReplay* imu, GpsReplay* gps, SlamSystem* slam, RunTally* tally) {
@@ -516,6 +524,7 @@ SlamRun RunOn(const Dataset& dataset, ImageSource* camera, const RgbdSensor& sen
   if (callbacks.on_tracked && !run.largest.trajectory.empty()) callbacks.on_tracked(run);
   FinishMap(sensor, options, loaded, slam, &run);
   mapping.Complete();
+  run.memory = Measure(slam, &mapping);
   const SensorVerdict verdict = End(std::move(slam));
   mapping.Finish(&run);
   run.verdict = VerdictOf(run, options, verdict, callbacks.on_finding);
@@ -540,6 +549,10 @@ TimingStatistics Summarize(std::vector<double> samples) {
       at(0.99),
       samples.back(),
       samples.size()};
+}
+
+double Mib(const MemoryShare& share) {
+  return static_cast<double>(share.bytes) / (1024.0 * 1024.0);
 }
 
 double Coverage(const SlamRun& run) {

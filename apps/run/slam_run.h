@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <highwall/core/memory_share.h>
 #include <highwall/core/trajectory.h>
 #include <highwall/frontend/calibration/camera_calibration.h>
 #include <highwall/frontend/calibration/depth_scale.h>
@@ -148,6 +149,13 @@ struct LoopEvent {
   std::string message;
 };
 
+// The memory of the process after the last frame, with the complete map and no work in progress.
+struct MemoryAtRest {
+  double mib = 0.0;               // 0 where the system does not state it
+  double peak_mib = 0.0;          // until then; writing the results comes after it
+  std::vector<MemoryShare> held;  // by the system and by its dense map
+};
+
 struct SlamRun {
   // The world in which most frames have a pose: of those with the loaded map, if there are any.
   SubmapRun largest;
@@ -187,11 +195,14 @@ struct SlamRun {
   StageTimes times;
   double seconds = 0.0;                    // of the whole run, including the dense map
   RunProfile::ProcessorSeconds processor;  // likewise
+  MemoryAtRest memory;
   // Steps that failed at the end, with the reasons; other steps were not affected.
   std::vector<std::string> failures;
   std::size_t left = 0;  // unprocessed frames after SlamRunOptions::stop ended the run
   bool is_of_camera = false;
 };
+
+double Mib(const MemoryShare& share);
 
 // Returns the share of frames of the recording with a pose in any submap; unreadable and dropped
 // frames count as frames without a pose.

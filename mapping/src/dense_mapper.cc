@@ -254,6 +254,20 @@ bool DenseMapper::IsCurrent() const {
   return impl_->followed == impl_->requested;
 }
 
+std::vector<MemoryShare> DenseMapper::memory() {
+  if (impl_->worker) impl_->worker->Wait();
+  std::size_t cloud = 0, scans = 0, octree = 0;
+  for (const auto& [id, layer] : impl_->layers) {
+    cloud += layer.cloud.MemoryBytes();
+    scans += layer.octree.ScanBytes();
+    octree += layer.octree.map().MemoryBytes();
+  }
+  return {{"cloud", cloud},
+          {"scans of the octree", scans},
+          {"octree", octree},
+          {"images of the newest keyframes", impl_->filter.MemoryBytes()}};
+}
+
 std::map<std::int32_t, DenseMap> DenseMapper::Finish() {
   impl_->Post([&impl = *impl_] {
     if (const auto last = impl.filter.Flush()) impl.Map(*last);

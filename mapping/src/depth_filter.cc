@@ -32,6 +32,18 @@ std::optional<KeyframeImage> DepthFilter::Flush() {
   return out;
 }
 
+std::size_t DepthFilter::MemoryBytes() const {
+  const auto bytes_of = [](const cv::Mat& mat) {
+    return mat.empty() ? 0 : mat.total() * mat.elemSize();
+  };
+  std::size_t bytes = 0;
+  for (const Held& held : held_) {
+    const KeyframeImage& frame = held.frame;
+    bytes += bytes_of(frame.depth) + bytes_of(frame.bgr) + bytes_of(frame.noise_factor);
+  }
+  return bytes;
+}
+
 std::optional<KeyframeImage> DepthFilter::TakeOut(std::size_t newer) {
   if (held_.size() <= newer) return std::nullopt;
   const std::size_t here = held_.size() - 1 - newer;

@@ -126,6 +126,7 @@ std::vector<Case> Cases() {
       {"--trace a", json::object(), [](O o) { return o.trace == "a"; }},
       {"--json", json::object(), [](O) { return true; }},
       {"--covariances", json::object(), [](O) { return true; }},
+      {"--memory-report", json::object(), [](O) { return true; }},
       {"--report", json::object(), [](O) { return true; }},
       {"--view", json::object(), [](O o) { return o.observer == nullptr; }},
       {"--view=0 --view-address 0.0.0.0", json::object(), [](O) { return true; }},

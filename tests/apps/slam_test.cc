@@ -154,6 +154,11 @@ void ExpectReport(const json& report, std::size_t frames) {
     ExpectStage(report["milliseconds"], stage);
   }
   EXPECT_GT(report["peak_memory_mib"], 1.0);
+  const json& memory = report["memory_at_rest_mib"];
+  double held = 0.0;
+  for (const auto& [holder, mib] : memory["held"].items()) held += mib.get<double>();
+  EXPECT_GT(held, 1.0);
+  EXPECT_LT(held, memory["all"]);
 }
 
 // Reads grid.yaml as map_server does, and the size of the image that it names.

@@ -267,6 +267,31 @@ TEST_F(SlamSystemTest, WhileImagesWaitLoopsAreSearchedForEveryThirdKeyframe) {
   EXPECT_EQ(system.postponed().loop_searches, keyframes - keyframes / 3);
 }
 
+TEST_F(SlamSystemTest, StatesWhatItsPartsHoldInMemory) {
+  SlamSystem system(Sensor(), {.threads = 0});
+  const auto held = [&](const std::string& holder) {
+    for (const MemoryShare& share : system.memory()) {
+      if (share.holder == holder) return share.bytes;
+    }
+    ADD_FAILURE() << "nothing is stated about " << holder;
+    return std::size_t{0};
+  };
+  EXPECT_EQ(held("features of keyframes"), 0U);
+  std::size_t features = 0;  // of all frames, all of which the map or the refinement holds
+  for (std::size_t i = 0; i < 10; ++i) {
+    features += system.Track(Images()[i]).features->points.size();
+  }
+  // A point has its feature and its descriptor of 32 bytes; there are lines and grids too.
+  const std::size_t least = features * (sizeof(PointFeature) + 32);
+  EXPECT_GT(held("features of keyframes") + held("frames to be refined"), least);
+  EXPECT_LT(held("features of keyframes") + held("frames to be refined"), 20 * least);
+  const std::size_t points = system.map().num<MapPoint>();
+  EXPECT_GE(held("points"), points * (sizeof(MapPoint) + sizeof(Observation)));
+  EXPECT_GT(held("corner patches of points"), 0U);
+  EXPECT_GT(held("index of places"), 0U);
+  EXPECT_GE(held("poses of frames"), 10 * sizeof(Pose));
+}
+
 // No frame waits for both; with a backlog, the search is counted where it is left out.
 TEST_F(SlamSystemTest, WithThreadsALoopIsSearchedWithTheFrameAfterAKeyframe) {
   const auto searches = [](int threads, std::size_t frames, bool finish) {

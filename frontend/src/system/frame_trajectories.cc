@@ -4,6 +4,7 @@
 #include <functional>
 #include <utility>
 
+#include "features/memory_bytes.h"
 #include "system/pose_smoother.h"
 
 namespace highwall {
@@ -102,6 +103,14 @@ void FrameTrajectories::Smooth(const Map& map, const std::optional<Pose>& T_BC) 
       pose = AnchoredPose::At(map, pose.reference, T_body_C ? *found * *T_body_C : *found);
     }
   }
+}
+
+std::size_t FrameTrajectories::MemoryBytes() const {
+  std::size_t bytes = BytesOf(frames_) + BytesOf(smoothed_);
+  for (const PosedFrame& frame : frames_) {
+    if (frame.readings) bytes += sizeof(ReadingsBetween) + BytesOf(frame.readings->samples);
+  }
+  return bytes;
 }
 
 std::optional<SubmapId> FrameTrajectories::LargestWorld(const Map& map) const {

@@ -36,6 +36,7 @@ class FrameTrajectories {
 
   // Returns the root of the world in which most frames were tracked; empty if there is none.
   std::optional<SubmapId> LargestWorld(const Map& map) const;
+  std::size_t MemoryBytes() const;
   // Returns SlamSystem::submaps().
   std::vector<SubmapTrajectory> ByWorld(const Map& map) const;
 

@@ -4,6 +4,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "features/memory_bytes.h"
+
 namespace highwall {
 namespace {
 
@@ -55,6 +57,15 @@ KeyframeEvent KeyframeRelease::LastEvent(const Map& map, const MaskOf& mask) con
   KeyframeEvent event{.removed = removed_, .places = PlacesOf(map)};
   for (const Waiting& waiting : waiting_) AddView(waiting, map, mask, &event.added);
   return event;
+}
+
+std::size_t KeyframeRelease::MemoryBytes() const {
+  std::size_t bytes = 0;
+  for (const Waiting& waiting : waiting_) {
+    bytes += BytesOf(waiting.depth) + BytesOf(waiting.bgr) + BytesOf(waiting.dynamic) +
+             BytesOf(waiting.noise_factor);
+  }
+  return bytes;
 }
 
 void KeyframeRelease::SetEmitted(Stamp now) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -43,6 +44,8 @@ class KeyframeRelease {
   KeyframeEvent Event(Stamp now, const Map& map, const MaskOf& mask) const;
   // Returns the same with all waiting keyframes and with all places.
   KeyframeEvent LastEvent(const Map& map, const MaskOf& mask) const;
+  // Of the images of the waiting keyframes.
+  std::size_t MemoryBytes() const;
   // Drops the changes that these two functions have returned.
   void SetEmitted(Stamp now);
   void SetLastEmitted();

@@ -106,4 +106,8 @@ int SlamSystem::refined_frames() const {
   return impl_->refined_frames();
 }
 
+std::vector<MemoryShare> SlamSystem::memory() const {
+  return impl_->memory();
+}
+
 }  // namespace highwall

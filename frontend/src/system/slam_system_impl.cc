@@ -22,6 +22,7 @@
 #include "input/depth_unit.h"
 #include "map/covisibility.h"
 #include "pose/support.h"
+#include "system/map_memory.h"
 
 namespace highwall {
 namespace {
@@ -555,6 +556,14 @@ BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
     EmitAllKeyframes();
   }
   return report;
+}
+
+std::vector<MemoryShare> SlamSystem::Impl::memory() const {
+  std::vector<MemoryShare> shares = MemoryOf(map_);
+  shares.push_back({"poses of frames", tracked_.MemoryBytes()});
+  shares.push_back({"frames to be refined", refiner_.MemoryBytes()});
+  shares.push_back({"keyframes to be mapped", release_.MemoryBytes()});
+  return shares;
 }
 
 Trajectory SlamSystem::Impl::trajectory() const {

@@ -72,6 +72,7 @@ class SlamSystem::Impl {
   }
   const SensorVerdict& verdict() const { return verdict_; }
   int refined_frames() const { return refiner_.refined(); }
+  std::vector<MemoryShare> memory() const;
   const Map& map() const { return map_; }
 
  private:

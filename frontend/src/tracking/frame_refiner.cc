@@ -11,6 +11,7 @@
 #include <highwall/internal/stage_timer.h>
 
 #include "features/corrected_depth.h"
+#include "features/memory_bytes.h"
 #include "map/map_matcher.h"
 #include "pose/support.h"
 #include "tracking/constant_velocity.h"
@@ -199,6 +200,15 @@ void FrameRefiner::Add(const TrackedFrame& frame, const PosedFrame& posed,
     item.frame.moving.release();
   }
   waiting_.push_back(std::move(item));
+}
+
+std::size_t FrameRefiner::MemoryBytes() const {
+  std::size_t bytes = 0;
+  for (const Item& item : waiting_) {
+    // Frames that are not refined are kept for the motion alone.
+    if (item.frame.frame.features) bytes += BytesOf(*item.frame.frame.features);
+  }
+  return bytes;
 }
 
 bool FrameRefiner::IsFull() const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -66,6 +67,8 @@ class FrameRefiner {
   void Finish(const Map& map, std::vector<PosedFrame>* frames);
   // Does the same for all frames that wait.
   void FinishAll(const Map& map, const ImageKnowledge& knowledge, std::vector<PosedFrame>* frames);
+  // Of the features of the frames that wait.
+  std::size_t MemoryBytes() const;
   // Number of poses that were refined.
   int refined() const { return refined_; }
 

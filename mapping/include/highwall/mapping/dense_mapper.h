@@ -13,6 +13,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/core/keyframe_event.h>
+#include <highwall/core/memory_share.h>
 #include <highwall/core/pose.h>
 #include <highwall/mapping/depth_camera.h>
 #include <highwall/mapping/keyframe_cloud.h>
@@ -92,6 +93,8 @@ class DenseMapper {
   void SetPoses(std::map<std::int64_t, KeyframePose> poses);
   // Returns whether the maps reflect all calls of SetPoses().
   bool IsCurrent() const;
+  // Waits for the calls before and returns what the maps hold in memory.
+  std::vector<MemoryShare> memory();
   // Completes all work and returns the map of each layer that has keyframes. Must be the last call,
   // and called once.
   std::map<std::int32_t, DenseMap> Finish();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -30,6 +31,8 @@ class DepthFilter {
   void Remove(std::int64_t id);
   // Sets the current poses of the held frames; those without a pose are removed.
   void SetPoses(const std::map<std::int64_t, KeyframePose>& poses);
+  // Of the images of the held frames.
+  std::size_t MemoryBytes() const;
 
  private:
   struct Held {

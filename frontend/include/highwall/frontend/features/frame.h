@@ -56,6 +56,9 @@ class FeatureGrid {
              std::vector<int>* indices) const;
 
   std::size_t size() const { return entries_.size(); }
+  std::size_t MemoryBytes() const {
+    return entries_.capacity() * sizeof(Entry) + cell_begin_.capacity() * sizeof(int);
+  }
 
  private:
   struct Entry {

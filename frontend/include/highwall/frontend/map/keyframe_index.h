@@ -45,6 +45,10 @@ class DescriptorTables {
   double Vote(const cv::Mat& descriptors, int max_signature_bits, double weight,
               std::size_t keyframes, std::vector<double>* votes) const;
 
+  std::size_t MemoryBytes() const {
+    return first_.capacity() * sizeof(BlockIndex) + blocks_.size() * sizeof(Block);
+  }
+
  private:
   using BlockIndex = std::uint32_t;  // in blocks_
   static constexpr BlockIndex kNone = 0xffffffff;
@@ -80,6 +84,7 @@ class KeyFrameIndex {
   std::vector<PlaceScore> Query(const FrameFeatures& features) const;
 
   std::size_t size() const { return size_; }
+  std::size_t MemoryBytes() const { return points_.MemoryBytes() + lines_.MemoryBytes(); }
 
  private:
   KeyFrameIndexOptions options_;

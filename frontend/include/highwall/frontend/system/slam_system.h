@@ -11,6 +11,7 @@
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/core/keyframe_event.h>
+#include <highwall/core/memory_share.h>
 #include <highwall/core/pose.h>
 #include <highwall/core/stamp.h>
 #include <highwall/core/trajectory.h>
@@ -312,6 +313,10 @@ class SlamSystem {
   SensorVerdict verdict() const;
   // Number of frames whose pose was refined afterwards (SlamOptions::refinement).
   int refined_frames() const;
+
+  // What the parts of the system hold in memory, most of it in the map. Work in progress on copies
+  // of the map is not counted.
+  std::vector<MemoryShare> memory() const;
 
   const Map& map() const;
 
