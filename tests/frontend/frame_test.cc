@@ -219,9 +219,9 @@ TEST(FrameBuilder, DepthChangedBesideTheExtractionIsThatOfAllFeatures) {
     RgbdImage image = Boxes();
     const cv::Mat as_given = image.depth.clone();
     int times = 0;
-    const auto change = [&times](const cv::Mat& depth) {
+    const auto change = [&times](RgbdImage* given) {
       ++times;
-      return cv::Mat(1.25 * depth);
+      given->depth = 1.25 * given->depth;
     };
     ExpectSame(*builder.Build(&image, change), *builder.Build(changed));
     EXPECT_EQ(times, 1);

@@ -137,7 +137,7 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(RgbdImage* image,
   LineFeatures lines;
   const auto change_depth = [&] {
     const StageTimer timer(profile_, "depth");
-    if (change) image->depth = change(image->depth);
+    if (change) change(image);
     features->depth_grid = depth_grid_.Sample(image->depth, sensor_.min_depth, sensor_.max_depth);
   };
   const auto extract_lines = [&] {
@@ -146,15 +146,16 @@ std::shared_ptr<const FrameFeatures> FrameBuilder::Build(RgbdImage* image,
   const auto extract_points = [&] {
     if (options_.use_points) points = points_->Extract(gray);
   };
-  // Lines take longer: they come first, since the caller starts with the first task immediately.
-  team_->Run(2, [&](std::size_t, std::size_t task) {
+  // The caller starts with the first task immediately: where colour is late, it takes longest.
+  team_->Run(3, [&](std::size_t, std::size_t task) {
     if (task == 0) {
-      const StageTimer timer(profile_, "lines", &elapsed.lines);
-      extract_lines();
-    } else {
       change_depth();
+    } else if (task == 1) {
       const StageTimer timer(profile_, "points", &elapsed.points);
       extract_points();
+    } else {
+      const StageTimer timer(profile_, "lines", &elapsed.lines);
+      extract_lines();
     }
   });
   team_->Run(2, [&](std::size_t, std::size_t task) {

@@ -49,10 +49,10 @@ class FrameBuilder {
 
   std::shared_ptr<const FrameFeatures> Build(const RgbdImage& image,
                                              FrameBuilderTimes* times = nullptr);
-  // Correction of a depth image before it is used, such as DepthAtTime(); empty: none.
-  using DepthChange = std::function<cv::Mat(const cv::Mat& depth)>;
-  // The same for an image whose depth is corrected first, also in `image`: in parallel with the
-  // extraction, which does not wait for it.
+  // Replaces or corrects the depth of an image before it is used; empty: nothing.
+  using DepthChange = std::function<void(RgbdImage* image)>;
+  // The same for an image whose depth is changed first, in parallel with the extraction, which does
+  // not wait for it. The change must leave the colour as it is.
   std::shared_ptr<const FrameFeatures> Build(RgbdImage* image, const DepthChange& change,
                                              FrameBuilderTimes* times = nullptr);
 

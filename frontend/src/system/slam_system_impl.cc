@@ -179,18 +179,21 @@ bool SlamSystem::Impl::CorrectDepth(FrameResult& result) {
   return found;
 }
 
-FrameBuilder::DepthChange SlamSystem::Impl::CompensateRollingShutter(const RgbdImage& image) const {
+FrameBuilder::DepthChange SlamSystem::Impl::DepthChangeOf(Stamp stamp) {
   DepthCorrection correction{.pattern = depth_pattern_.pattern()};
-  if (options_.tracker.timing != FrameTimingMode::kIgnored) {
+  const bool knows_rows = options_.tracker.timing != FrameTimingMode::kIgnored;
+  if (knows_rows) {
     std::optional<PoseConstraint> predicted;
-    if (inertial_) predicted = inertial_->Predict(image.stamp);
+    if (inertial_) predicted = inertial_->Predict(stamp);
     correction.motion = tracker_.Motion(predicted ? &*predicted : nullptr);
     correction.timing = sensor_.timing();
-    correction.timing.depth_delay += DepthDelay(image);
   }
-  if (correction.IsIdentity()) return {};
-  return [correction, this](const cv::Mat& depth) {
-    return correction.Apply(depth, builder_.camera());
+  return [this, correction, knows_rows](RgbdImage* image) {
+    // The readings of an IMU belong to the stamps, not to the time of a late image.
+    if (!inertial_) colour_delay_.Apply(false, tracker_.Motion(nullptr), image);
+    DepthCorrection at_once = correction;
+    if (knows_rows) at_once.timing.depth_delay += DepthDelay(*image);
+    if (!at_once.IsIdentity()) image->depth = at_once.Apply(image->depth, builder_.camera());
   };
 }
 
@@ -210,13 +213,12 @@ Frame SlamSystem::Impl::Extract(RgbdImage* image, FrameResult& result) {
   // From here on the image counts; one that was rejected leaves no trace.
   stamps_.Accept(image->stamp);
   if (!inertial_) clock_.Add(image->stamp);  // the readings of an IMU have the right unit
-  // The readings of an IMU belong to the stamps, not to the time of a late image.
-  if (!inertial_) colour_delay_.Apply(result.repeated, tracker_.Motion(nullptr), image);
   if (result.repeated) {
+    if (!inertial_) colour_delay_.Apply(true, tracker_.Motion(nullptr), image);
     return {next_index_++, image->stamp, std::make_shared<const FrameFeatures>()};
   }
   FrameBuilderTimes builder_times;
-  const auto features = builder_.Build(image, CompensateRollingShutter(*image), &builder_times);
+  const auto features = builder_.Build(image, DepthChangeOf(image->stamp), &builder_times);
   if (!inertial_) colour_delay_.SetReference(features);
   result.times.points = builder_times.points;
   result.times.lines = builder_times.lines;

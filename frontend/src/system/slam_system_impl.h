@@ -80,9 +80,10 @@ class SlamSystem::Impl {
   static constexpr int kMinSubmapKeyFrames = 5;
 
   // The stages of Track(), in their order.
-  // Returns the rolling-shutter compensation of an image's depth by the expected motion, together
-  // with the correction of its distortion. Empty if there is nothing to correct.
-  FrameBuilder::DepthChange CompensateRollingShutter(const RgbdImage& image) const;
+  // Returns what is done to the depth of the image of a stamp: where its colour is late, it becomes
+  // that of the colour; then it is compensated for rolling shutter by the expected motion, and its
+  // distortion is corrected.
+  FrameBuilder::DepthChange DepthChangeOf(Stamp stamp);
   Frame Extract(RgbdImage* image, FrameResult& result);
   // Returns whether the image repeats the previous one.
   bool Repeats(const RgbdImage& image);
