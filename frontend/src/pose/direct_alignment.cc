@@ -353,8 +353,12 @@ double MedianDepth(const cv::Mat& depth) {
 }  // namespace
 
 DirectAligner::DirectAligner(const DepthGrid& grid, const DepthNoise& noise, double min_correlation,
-                             int min_planes)
-    : grid_(grid), noise_(noise), min_correlation_(min_correlation), min_planes_(min_planes) {}
+                             int min_planes, double enough)
+    : grid_(grid),
+      noise_(noise),
+      min_correlation_(min_correlation),
+      min_planes_(min_planes),
+      enough_(enough) {}
 
 std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& reference,
                                                     const cv::Mat& standing, const Pose& T_WR,
@@ -366,7 +370,8 @@ std::optional<DirectAlignment> DirectAligner::Align(const FrameFeatures& referen
   const auto patches = FindPatches(standing, grid_, noise_);
   Alignment alignment(grid_, noise_, reference, standing, features, T_WR.Inverse() * T_WC);
   const std::span stages(kStages);
-  for (const Stage& stage : stages.subspan(start == AlignmentStart::kAligned ? 1 : 0)) {
+  for (Stage stage : stages.subspan(start == AlignmentStart::kAligned ? 1 : 0)) {
+    stage.converged = std::max(stage.converged, enough_);
     if (!alignment.Refine(patches, stage)) return std::nullopt;
   }
   if (alignment.planes() < min_planes_) return std::nullopt;

@@ -44,9 +44,11 @@ struct DirectAlignment {
 // planes).
 class DirectAligner {
  public:
-  // grid: of all images; must outlive this.
+  // grid: of all images; must outlive this. enough: norm [m, rad] of a step that ends a stage, if
+  // it is coarser than the stage's own.
   DirectAligner(const DepthGrid& grid, const DepthNoise& noise,
-                double min_correlation = kMinGreyCorrelation, int min_planes = kMinPlaneReadings);
+                double min_correlation = kMinGreyCorrelation, int min_planes = kMinPlaneReadings,
+                double enough = 0.0);
 
   // standing: the depth grid of the reference, 0 on dynamic objects, which are masked out. T_WC:
   // rough pose. Returns the pose with its information, in which readings with common noise count as
@@ -63,6 +65,7 @@ class DirectAligner {
   DepthNoise noise_;
   double min_correlation_;
   int min_planes_;
+  double enough_;
 };
 
 }  // namespace highwall

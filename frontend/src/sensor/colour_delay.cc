@@ -25,13 +25,17 @@ constexpr double kDistinct = 0.14;
 constexpr double kLeastGrey = 0.5, kLeastPlane = 0.05;
 // [cells] Motion between two depth images below which they are too alike to tell which one it is.
 constexpr double kLeastMotion = 1.0;
+// [m, rad] A step after which the errors of the alignment change by a few per cent at most.
+constexpr double kSmallStep = 3e-4;
 // Readings on patches with an error of one sigma, which are added: few readings decide nothing.
 constexpr double kExpected = 10.0;
 
 }  // namespace
 
 ColourDelay::ColourDelay(const RgbdSensor& sensor, const DepthGrid& grid)
-    : sensor_(sensor), grid_(grid), aligner_(grid, sensor.depth_noise, kMinGreyCorrelation, 0) {}
+    : sensor_(sensor),
+      grid_(grid),
+      aligner_(grid, sensor.depth_noise, kMinGreyCorrelation, 0, kSmallStep) {}
 
 void ColourDelay::Apply(bool repeated, const Twist& motion, RgbdImage* image) {
   if (repeated) {
