@@ -335,6 +335,84 @@ TEST(CheckDepth, LooksAtMoreImagesWhereEightAreUnclear) {
   EXPECT_LE(of_few, 1);
 }
 
+// A camera that pans over one view after the other, as far as its colour images show.
+class PannedViews final : public Dataset {
+ public:
+  // pan: [px] a frame; over every other view, turned: times that. delay: [frames] of depth. shift:
+  // [px] of depth to the right.
+  PannedViews(double pan, double turned, double delay, int shift = 0)
+      : pan_(pan), turned_(turned), delay_(delay), shift_(shift) {
+    for (unsigned view = 0; view <= kFrames / kPerView; ++view) {
+      std::mt19937 rng(view + 1);
+      views_.push_back(Draw(rng));
+    }
+  }
+  std::size_t size() const override { return kFrames; }
+  Stamp stamp(std::size_t index) const override { return static_cast<Stamp>(index) * 33'333'333; }
+  const Trajectory* groundtruth() const override { return nullptr; }
+
+ private:
+  // An image moved in a ring.
+  static cv::Mat Moved(const cv::Mat& image, double by) {
+    const int cut = static_cast<int>(std::lround(by)) % kWidth;
+    const int begin = (kWidth - cut) % kWidth;
+    if (begin == 0) return image.clone();
+    cv::Mat moved;
+    cv::hconcat(image.colRange(begin, kWidth), image.colRange(0, begin), moved);
+    return moved;
+  }
+  RgbdImage DoLoad(std::size_t index) const override {
+    const Image& view = views_[index / kPerView];
+    const double pan = index / kPerView % 2 == 0 ? pan_ : turned_ * pan_;
+    const double frame = static_cast<double>(index), whole = 20.0 * kWidth;
+    RgbdImage loaded{
+        .stamp = stamp(index), .bgr = Moved(view.bgr, whole + pan * frame), .depth = {}};
+    Moved(view.raw, whole + pan * (frame + delay_) + shift_).convertTo(loaded.depth, CV_32F, 1e-3);
+    return loaded;
+  }
+
+  // Each of the eight frames that are tested is of a view of its own, with those around it.
+  static constexpr std::size_t kFrames = 150, kPerView = 19;
+  double pan_, turned_, delay_;
+  int shift_;
+  std::vector<Image> views_{};
+};
+
+std::vector<SensorFinding> Check(const PannedViews& views) {
+  return CheckDepth(views, Sensor());
+}
+
+// Edges of depth lie 8 px from those of colour then, beyond the least shift that is reported.
+TEST(CheckDepth, SaysNothingOfDepthThatIsTwentyMillisecondsLateWhereTheCameraTurnsFast) {
+  for (const double delay : {-0.6, 0.6}) {
+    const std::vector<SensorFinding> found = Check(PannedViews(14.0, 1.0, delay));
+    EXPECT_TRUE(found.empty()) << delay << ": " << Lines(found);
+  }
+}
+
+TEST(CheckDepth, FindsDepthOfAnotherMoment) {
+  for (const double delay : {-3.0, -2.0, 2.0, 3.0}) {
+    const std::vector<SensorFinding> found = Check(PannedViews(7.0, -0.6, delay));
+    ASSERT_EQ(found.size(), 1u) << delay << ": " << Lines(found);
+    EXPECT_EQ(found[0].fault, SensorFault::kDepthInconsistent);
+    const std::string prefix = "depth images are of ";
+    ASSERT_TRUE(found[0].text.starts_with(prefix)) << Lines(found);
+    // To a step of the delays that are tried, and half a pixel of each image.
+    EXPECT_NEAR(std::stod(found[0].text.substr(prefix.size())), std::abs(delay) * 1e3 / 30.0, 5.0)
+        << Lines(found);
+    EXPECT_NE(found[0].text.find(delay > 0.0 ? "after" : "before"), std::string::npos)
+        << Lines(found);
+  }
+}
+
+TEST(CheckDepth, FindsAShiftBesideTheMotionOfTheCamera) {
+  for (const double pan : {2.0, 7.0}) {
+    const std::vector<SensorFinding> found = Check(PannedViews(pan, -0.6, 0.0, 14));
+    ASSERT_EQ(found.size(), 1u) << pan << ": " << Lines(found);
+    EXPECT_EQ(found[0].fault, SensorFault::kDepthUnregistered);
+  }
+}
+
 TEST(DepthCheck, NeedsFourImages) {
   std::mt19937 rng(1);
   DepthCheck check(Sensor());
@@ -351,6 +429,10 @@ TEST(DepthCheck, RefusesOtherImages) {
   DepthCheck check(Sensor());
   EXPECT_THROW(check.Add(cv::Mat(4, 4, CV_32FC1), cv::Mat(4, 4, CV_8UC3)), InvalidArgument);
   EXPECT_THROW(check.Add(cv::Mat(4, 4, CV_16UC1), cv::Mat(4, 5, CV_8UC3)), InvalidArgument);
+  const cv::Mat raw(4, 4, CV_16UC1), bgr(4, 4, CV_8UC3);
+  EXPECT_THROW(check.AddAround(raw, {bgr, bgr}, 0.03, 0.0), InvalidArgument);
+  EXPECT_THROW(check.AddAround(raw, {bgr, bgr, bgr}, 0.0, 0.0), InvalidArgument);
+  EXPECT_THROW(check.AddAround(raw, {bgr, raw, bgr}, 0.03, 0.0), InvalidArgument);
   EXPECT_THROW(StoredDepth(cv::Mat(4, 4, CV_16UC1), Sensor()), InvalidArgument);
 }
 

@@ -11,22 +11,19 @@
 #include <opencv2/core.hpp>
 
 #include <highwall/core/error.h>
-#include <highwall/core/stamp.h>
 #include <highwall/frontend/input/depth_identification.h>
 #include <highwall/frontend/input/depth_survey.h>
 #include <highwall/internal/number_text.h>
 
 #include "input/depth_bend.h"
+#include "input/depth_delay.h"
 #include "input/depth_edges.h"
 #include "input/depth_values.h"
 
 namespace highwall {
 namespace {
 
-constexpr std::size_t kImages = 8;     // that are tested
-constexpr std::size_t kMostParts = 4;  // images as many times, where they are unclear
-// [s] between more images: nearer ones are of one view, and their errors are the same.
-constexpr double kApart = 0.12;
+constexpr std::size_t kFewImages = 8;  // at most: their means count less
 constexpr int kHighest = std::numeric_limits<std::uint16_t>::max();
 
 // [m] Median depths that are usual: with a factor of 1000 for 5000, or the reverse, another
@@ -55,14 +52,20 @@ constexpr double kNearCentre = 0.05;    // of the width: shift of an image that 
 // Of the width: depth that is 20 ms late is shifted by 2.1 % where the camera turns by 1.3 rad/s
 // and the focal length is 0.8 of the width.
 constexpr double kShifted = 0.022;
-constexpr double kFarShifted = 0.03;  // of the width
+constexpr double kFarShifted = 0.03;    // of the width
+constexpr double kBesideDelay = 0.008;  // of the width: what no usual delay explains
 constexpr double kSigmas = 5.0;
 // Another field of view: the least correlation, its ratios to those of the best shift and of the
 // images as they are, the share of the images, and the change of the field if one is left out. On
 // right recordings the ratios were at most 1.03 and 1.3, and once, for 5 of 8 images, 1.35 and 2.4.
 constexpr double kViewFits = 0.04, kViewFitsBetter = 1.5, kViewFitsMuchBetter = 2.5;
 constexpr double kMostlyView = 0.7, kStableView = 0.2;
-constexpr double kShiftFitsBetter = 1.4;  // ratio of correlations with and without the shift
+// Ratio and difference of the correlations with the shift and without it, but with any usual delay.
+constexpr double kShiftFitsBetter = 1.3, kShiftFitsAbove = 0.035;
+// A delay of depth: [s] from which on it is reported, and the ratio of correlations with it and
+// with any usual one. Right recordings, 20 ms late, gave up to 25 +- 3 ms.
+constexpr double kLate = 0.045, kDelayFitsBetter = 1.1;
+constexpr double kDelaySigma = 0.0025;  // [s] the least standard deviation of a delay
 
 std::string Short(double value) {
   return RoundedText(value, 4);
@@ -90,6 +93,14 @@ bool HasGaps(const std::vector<double>& sorted) {
   double distinct = 1.0;
   for (std::size_t i = begin + 1; i < end; ++i) distinct += sorted[i] > sorted[i - 1] ? 1.0 : 0.0;
   return distinct < kFilled * range * (1.0 - std::exp(-count / range));
+}
+
+// The highest value beyond the sensor's range stands for no reading, and has no edges.
+cv::Mat Measured(const cv::Mat& raw, const RgbdSensor& sensor) {
+  if (kHighest <= sensor.max_depth * sensor.depth_factor) return raw;
+  cv::Mat measured = raw.clone();
+  measured.setTo(0, raw == kHighest);
+  return measured;
 }
 
 SensorFinding ConstantDepth(const char* text) {
@@ -131,6 +142,14 @@ SensorFinding OtherView(double share) {
           "register depth to the colour camera (the camera's driver can: align, registered)"};
 }
 
+SensorFinding DelayedDepth(double delay) {
+  return {
+      SensorFault::kDepthInconsistent, Trust::kDoubtful,
+      "depth images are of " + FixedText(1e3 * std::abs(delay), 0) + " ms " +
+          (delay > 0.0 ? "after" : "before") + " their colour images: their edges agree then",
+      "pair each colour image with the depth image of the same moment, or correct their stamps"};
+}
+
 SensorFinding ShiftedDepth(const EdgeFit& fit, int width) {
   const double far = std::hypot(fit.shift_u, fit.shift_v);
   const auto part = [](double shift, const char* positive, const char* negative) {
@@ -157,10 +176,12 @@ struct DepthCheck::Tests {
   DepthValues values;
   DepthBend bend;
   DepthEdges edges;
+  DepthDelay delay;
   std::vector<double> readings;  // [stored units] a sample
 
   void AddScale(const RgbdSensor& sensor, std::vector<SensorFinding>* findings) const;
   void AddPlace(std::vector<SensorFinding>* findings) const;
+  bool IsDelayed(const DelayFit& fit) const;
   // That of the edges of all images, computed once.
   const std::optional<DepthEdges::Result>& Fit() const;
 
@@ -218,43 +239,59 @@ void DepthCheck::Tests::AddScale(const RgbdSensor& sensor,
   }
 }
 
+bool DepthCheck::Tests::IsDelayed(const DelayFit& fit) const {
+  const double beyond = std::abs(fit.delay) - DepthDelay::kUsual;
+  return std::abs(fit.delay) > kLate && beyond > kSigmas * std::max(fit.sigma, kDelaySigma) &&
+         fit.correlation > std::max(kEdgesFit, kDelayFitsBetter * fit.usual) &&
+         fit.better > kNearlyAlways;
+}
+
 void DepthCheck::Tests::AddPlace(std::vector<SensorFinding>* findings) const {
   const std::optional<DepthEdges::Result>& fit = Fit();
   if (!fit) return;
   const double width = size.width;
   const auto is_clear = [&](const EdgeFit& found, double least) {
     const bool is_better =
-        found.better > kNearlyAlways || (images.size() > kImages && found.sigmas > kFitSigmas);
+        found.better > kNearlyAlways || (images.size() > kFewImages && found.sigmas > kFitSigmas);
     return found.correlation > least && is_better &&
            std::max(found.sigma_u, found.sigma_v) < kStable * width;
   };
   const EdgeFit &flipped = fit->flipped, &shifted = fit->shifted;
-  const double least_ratio = images.size() > kImages ? kManyEdgesFitBetter : kEdgesFitBetter;
+  const double least_ratio = images.size() > kFewImages ? kManyEdgesFitBetter : kEdgesFitBetter;
   if (is_clear(flipped, kFewEdgesFit) && flipped.correlation > least_ratio * shifted.correlation &&
       std::hypot(flipped.shift_u, flipped.shift_v) < kNearCentre * width) {
     findings->push_back(MirroredDepth(flipped.flip));
     return;
   }
+  const std::optional<DelayFit> delayed = delay.Fit();
+  const double far = std::hypot(shifted.shift_u, shifted.shift_v);
+  if (delayed && IsDelayed(*delayed) &&
+      (far < kShifted * width || delayed->correlation > shifted.correlation)) {
+    findings->push_back(DelayedDepth(delayed->delay));
+    return;
+  }
+  // What fits as well with a usual delay is explained by it.
+  const double as_it_is = delayed ? std::max(fit->correlation, delayed->usual) : fit->correlation;
   const ViewFit& view = fit->view;
   if (view.correlation > std::max({kViewFits, kViewFitsBetter * shifted.correlation,
-                                   kViewFitsMuchBetter * fit->correlation}) &&
+                                   kViewFitsMuchBetter * as_it_is}) &&
       view.correlation > flipped.correlation && view.better > kMostlyView &&
       view.spread < kStableView) {
     findings->push_back(OtherView(view.share));
     return;
   }
-  const double far = std::hypot(shifted.shift_u, shifted.shift_v);
+  const double beside = delay.ShiftBesideDelay({shifted.shift_u, shifted.shift_v});
   const double sigma = std::hypot(shifted.sigma_u, shifted.sigma_v);
   // Eight images of few edges may be of one view, whose outlines agree elsewhere by chance.
-  const bool is_far = images.size() > kImages && is_clear(shifted, kFewEdgesFit) &&
+  const bool is_far = images.size() > kFewImages && is_clear(shifted, kFewEdgesFit) &&
                       far > kFewEdgesShift * width &&
-                      shifted.correlation > kFewEdgesShiftBetter * fit->correlation;
+                      shifted.correlation > kFewEdgesShiftBetter * as_it_is;
   // Depth that is some 20 ms late lies as far off as the camera turns: of more images that looks
   // more certain than it is.
-  const bool is_shifted = images.size() <= kImages && is_clear(shifted, kEdgesFit) &&
-                          far > kShifted * width &&
-                          shifted.correlation > kShiftFitsBetter * fit->correlation;
-  if ((is_shifted || is_far) && far > kSigmas * sigma) {
+  const bool is_shifted =
+      images.size() <= kFewImages && is_clear(shifted, kEdgesFit) && far > kShifted * width &&
+      shifted.correlation > std::max(kShiftFitsBetter * as_it_is, as_it_is + kShiftFitsAbove);
+  if ((is_shifted || is_far) && far > kSigmas * sigma && beside > kBesideDelay * width) {
     findings->push_back(ShiftedDepth(shifted, size.width));
   }
 }
@@ -292,12 +329,7 @@ void DepthCheck::Add(const cv::Mat& raw, const cv::Mat& bgr) {
   tests_->size = raw.size();
   tests_->images.push_back(raw);
   tests_->values.Add(raw, bgr);
-  // The highest value beyond the sensor's range stands for no reading, and has no edges.
-  cv::Mat measured = raw;
-  if (kHighest > sensor_.max_depth * sensor_.depth_factor) {
-    measured = raw.clone();
-    measured.setTo(0, raw == kHighest);
-  }
+  const cv::Mat measured = Measured(raw, sensor_);
   tests_->bend.Add(measured);
   tests_->edges.Add(measured, bgr);
   constexpr int kStep = 8;  // [px] between the readings of the sample
@@ -307,6 +339,18 @@ void DepthCheck::Add(const cv::Mat& raw, const cv::Mat& bgr) {
         tests_->readings.push_back(value);
     }
   }
+}
+
+void DepthCheck::AddAround(const cv::Mat& raw, const std::vector<cv::Mat>& bgr, double interval,
+                           double stated) {
+  HIGHWALL_REQUIRE(bgr.size() >= 3 && bgr.size() % 2 == 1 && interval > 0.0,
+                   "DepthCheck: an odd number of colour images, at least three, must be given");
+  for (const cv::Mat& image : bgr) {
+    HIGHWALL_REQUIRE(
+        raw.type() == CV_16UC1 && image.type() == CV_8UC3 && raw.size() == image.size(),
+        "DepthCheck: the images must be CV_16UC1 and CV_8UC3, of the same size");
+  }
+  tests_->delay.Add(Measured(raw, sensor_), bgr, interval, stated);
 }
 
 std::vector<SensorFinding> DepthCheck::Findings() const {
@@ -341,42 +385,6 @@ bool DepthCheck::IsUnclear() const {
   const std::optional<DepthEdges::Result>& fit = tests_->Fit();
   return fit && std::max({fit->shifted.correlation, fit->flipped.correlation,
                           fit->view.correlation}) > kBetter * fit->correlation;
-}
-
-std::vector<SensorFinding> CheckDepth(const Dataset& dataset, const RgbdSensor& sensor,
-                                      std::size_t begin, std::size_t end) {
-  end = std::min(end, dataset.size());
-  if (begin >= end) return {};
-  DepthCheck check(sensor);
-  cv::Size size;
-  const std::size_t frames = end - begin;
-  const auto add = [&](std::size_t index) {
-    const std::optional<RgbdImage> image = dataset.Load(begin + index);
-    if (!image || (!size.empty() && image->depth.size() != size)) return;
-    size = image->depth.size();
-    check.Add(StoredDepth(image->depth, sensor), image->bgr);
-  };
-  const std::size_t count = std::min(kImages, frames);
-  for (std::size_t i = 0; i < count; ++i) add((2 * i + 1) * frames / (2 * count));
-  std::vector<SensorFinding> findings = check.Findings();
-  const double seconds =
-      frames > 0 ? ToSeconds(dataset.stamp(end - 1) - dataset.stamp(begin)) : 0.0;
-  // Between them, and then between those and after the last.
-  for (std::size_t parts = 2; parts <= kMostParts; parts *= 2) {
-    if (!findings.empty() || frames < 2 * parts * kImages || !check.IsUnclear()) break;
-    if (seconds < kApart * static_cast<double>(parts * kImages)) break;
-    for (std::size_t i = 1; i < parts * kImages / 2; ++i) {
-      const std::size_t half = 2 * i + (parts == 2 ? 0 : 1);
-      add(half * frames / (parts * kImages));
-    }
-    findings = check.Findings();
-  }
-  if (dataset.is_registered()) {
-    std::erase_if(findings, [](const SensorFinding& finding) {
-      return finding.fault == SensorFault::kDepthUnregistered;
-    });
-  }
-  return findings;
 }
 
 }  // namespace highwall

@@ -19,8 +19,8 @@ cv::Mat StoredDepth(const cv::Mat& depth, const RgbdSensor& sensor);
 
 // Tests by some raw images of a recording whether depth is stored as the calibration says:
 // constant, with exchanged bytes, with a value other than 0 where nothing was measured, with
-// another depth factor, as inverse depth, mirrored or shifted against colour. Each test speaks only
-// where the images are clear (docs/misconfiguration.md, Depth).
+// another depth factor, as inverse depth, mirrored, shifted or delayed against colour. Each test
+// speaks only where the images are clear (docs/misconfiguration.md, Depth).
 class DepthCheck {
  public:
   explicit DepthCheck(const RgbdSensor& sensor);
@@ -33,10 +33,16 @@ class DepthCheck {
   // change until Findings() was called. Throws InvalidArgument for other images, and for one of
   // another size than the first.
   void Add(const cv::Mat& raw, const cv::Mat& bgr);
+  // Adds a depth image with the colour images around it, bgr: an odd number of at least three in a
+  // row, its own in their middle, `interval` [s] > 0 apart. stated: [s] by which depth is later
+  // than its colour image as it is known. The best are about eight, beside those of Add(), which
+  // may be the same: they tell a shift of depth from a delay. Throws InvalidArgument as Add() does.
+  void AddAround(const cv::Mat& raw, const std::vector<cv::Mat>& bgr, double interval,
+                 double stated);
   // Returns what is wrong, in the order of the tests.
   std::vector<SensorFinding> Findings() const;
   // Whether the edges of the images fit with a flip, a shift or another field of view better than
-  // as they are, so that more images may show more.
+  // as they are, so that more images, and those around them, may show more.
   bool IsUnclear() const;
 
  private:
@@ -47,8 +53,10 @@ class DepthCheck {
 };
 
 // Applies DepthCheck to eight frames of [begin, end) of a recording that was opened with this
-// sensor, or to 15 and then 30 where less find nothing and are unclear. A shift of depth against
-// colour is not reported where Dataset::is_registered().
+// sensor, or to 15 and then 30 where less find nothing and are unclear. Where they are unclear, or
+// depth lies elsewhere, colour images before and after show whether it is late. A shift of depth
+// against colour is not reported where Dataset::is_registered(), nor in less than a second, which
+// shows one view.
 std::vector<SensorFinding> CheckDepth(const Dataset& dataset, const RgbdSensor& sensor,
                                       std::size_t begin = 0, std::size_t end = SIZE_MAX);
 
