@@ -207,27 +207,15 @@ void AddDepthProblems(const RgbdSensor& sensor, DatasetReport* report) {
   }
 }
 
-// Whether this frame is one of kChecked, spread over a recording.
-bool IsChecked(std::size_t frame, std::size_t frames) {
-  constexpr std::size_t kChecked = 8;
-  const std::size_t count = std::min(kChecked, frames);
-  for (std::size_t i = 0; i < count; ++i) {
-    if (frame == (2 * i + 1) * frames / (2 * count)) return true;
-  }
-  return false;
-}
-
-// Appends what DepthCheck finds, except for a depth factor that AddDepthProblems() or a warning of
-// the dataset names, and for a shift that the format excludes.
-void AddFindings(const DepthCheck& check, double depth_factor, const Dataset& dataset,
-                 DatasetReport* report) {
-  const bool named = NamesAnotherFactor(report->depth_images, depth_factor) ||
+// Appends what CheckDepth() finds, except for a depth factor that AddDepthProblems() or a warning
+// of the dataset names.
+void AddFindings(const Dataset& dataset, const RgbdSensor& sensor, DatasetReport* report) {
+  const bool named = NamesAnotherFactor(report->depth_images, sensor.depth_factor) ||
                      std::ranges::any_of(dataset.warnings(), [](const std::string& warning) {
                        return warning.find("depth factor") != std::string::npos;
                      });
-  for (const SensorFinding& finding : check.Findings()) {
+  for (const SensorFinding& finding : CheckDepth(dataset, sensor)) {
     if (named && finding.fault == SensorFault::kDepthScale) continue;
-    if (dataset.is_registered() && finding.fault == SensorFault::kDepthUnregistered) continue;
     report->problems.push_back(Line(finding));
   }
 }
@@ -242,16 +230,12 @@ void ReadFrames(const Dataset& dataset, const RgbdSensor& sensor,
   RepeatedImage repeated;
   ImageSurvey images;
   DepthSurvey survey;
-  DepthCheck check(sensor);
   cv::Size size;
   std::size_t measured = 0, pixels = 0;
   while (const std::optional<RgbdImage> image = reader.Next()) {
     if (report->usable_frames == 0) size = image->depth.size();
-    const bool is_checked = IsChecked(reader.position() - 1, dataset.size());
-    if (image->depth.size() == size && (is_checked || report->usable_frames % stride == 0)) {
-      const cv::Mat raw = StoredDepth(image->depth, sensor);
-      if (report->usable_frames % stride == 0) survey.Add(raw);
-      if (is_checked) check.Add(raw, image->bgr);
+    if (image->depth.size() == size && report->usable_frames % stride == 0) {
+      survey.Add(StoredDepth(image->depth, sensor));
     }
     ++report->usable_frames;
     report->repeated_colour += repeated.Update(image->bgr) ? 1 : 0;
@@ -269,7 +253,7 @@ void ReadFrames(const Dataset& dataset, const RgbdSensor& sensor,
   report->depth_images.statistics = survey.Describe();
   report->depth_images.guesses =
       IdentifyDepthSensor(report->depth_images.statistics, sensor.depth_factor);
-  AddFindings(check, sensor.depth_factor, dataset, report);
+  AddFindings(dataset, sensor, report);
 }
 
 // Returns the reader of the recording. Throws IoError for a format whose depth is computed, before

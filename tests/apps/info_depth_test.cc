@@ -134,6 +134,50 @@ TEST_F(InfoDepthTest, CountsColourImagesThatRepeat) {
   EXPECT_NE(Problems(info).find("3 colour images repeat the one before"), std::string::npos);
 }
 
+// It looks at more than eight images where slam does: at those around them.
+TEST_F(InfoDepthTest, WarnsOfDepthOfAnotherMoment) {
+  constexpr int kFrames = 40, kPan = 4, kLate = 3;  // pan: [px] a frame, first to the right
+  std::mt19937 rng(5);
+  std::uniform_int_distribution<int> u(0, 140), v(0, 100), side(12, 30), value(0, 255);
+  cv::Mat colour(120, 160, CV_8UC3, cv::Scalar::all(90)), raw(120, 160, CV_16UC1, 3000);
+  for (int i = 0; i < 12; ++i) {
+    cv::Rect box;
+    box.x = u(rng);
+    box.y = v(rng);
+    box.width = side(rng);
+    box.height = side(rng);
+    box &= cv::Rect(0, 0, 160, 120);
+    const int grey = value(rng);
+    colour(box).setTo(cv::Scalar::all(grey));
+    raw(box).setTo(800 + 5 * value(rng));
+  }
+  cv::Mat noise(raw.size(), CV_16UC1);
+  cv::randu(noise, 0, 40);
+  raw += noise;
+  const auto moved = [](const cv::Mat& image, int frame) {  // in a ring
+    const int by = 8 * image.cols + kPan * (frame < kFrames / 2 ? frame : kFrames - frame);
+    cv::Mat twice;
+    cv::hconcat(image, image, twice);
+    return twice.colRange(image.cols - by % image.cols, 2 * image.cols - by % image.cols).clone();
+  };
+  std::filesystem::create_directories(dataset() / "rgb");
+  std::filesystem::create_directories(dataset() / "depth");
+  std::string rgb, depth;
+  for (int i = 0; i < kFrames; ++i) {
+    const std::string file = testing::FrameName(i) + ".png";
+    cv::imwrite((dataset() / "rgb" / file).string(), moved(colour, i));
+    cv::imwrite((dataset() / "depth" / file).string(), moved(raw, i - kLate));
+    const std::string stamp = std::to_string(100.0 + i / 30.0);
+    rgb += stamp + " rgb/" + file + "\n";
+    depth += stamp + " depth/" + file + "\n";
+  }
+  WriteText(dataset() / "rgb.txt", rgb);
+  WriteText(dataset() / "depth.txt", depth);
+  WriteText(dataset() / "calibration.yaml", std::string(kCamera) + "depth_factor: 1000\n");
+  EXPECT_NE(Problems(Info()).find("ms before their colour images"), std::string::npos)
+      << Problems(Info());
+}
+
 TEST_F(InfoDepthTest, NamesTheSensorsOfRealRecordings) {
   const std::filesystem::path shared = testing::kSharedData;
   const std::filesystem::path d435 = shared / "d435_desk";
