@@ -253,6 +253,31 @@ TEST(DepthCheck, FindsADepthFactorByTheRangeOfTheSensor) {
   }
 }
 
+// Images without steps tell no factor; but with a wrong one their depths and noise are both
+// unlikely.
+TEST(DepthCheck, DoubtsAFactorThatMakesDepthsAndNoiseUnlikely) {
+  RgbdSensor sensor = Sensor();
+  sensor.depth_noise = {.offset = 0.0, .quadratic = 0.003, .reference = 0.0};  // as drawn
+  sensor.depth_factor *= 5.0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    const std::vector<SensorFinding> found = Check(sensor, seed, [](Image*) {});
+    ASSERT_EQ(found.size(), 1u) << seed << ": " << Lines(found);
+    EXPECT_EQ(found[0].fault, SensorFault::kDepthScale);
+  }
+}
+
+// The median depth is half a metre.
+TEST(DepthCheck, SaysNothingOfNearViewsWithTheNoiseOfTheSensor) {
+  constexpr double kTimes = 0.3;
+  RgbdSensor sensor = Sensor();
+  sensor.depth_noise = {.offset = 0.0, .quadratic = 0.003 / kTimes, .reference = 0.0};
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    const std::vector<SensorFinding> found =
+        Check(sensor, seed, EachValue([](double value) { return kTimes * value; }));
+    EXPECT_TRUE(found.empty()) << seed << ": " << Lines(found);
+  }
+}
+
 // As a Kinect stores depth: in steps of 2.87e-3 / m of inverse depth, in mm, times five.
 Image DrawOfKinect(std::mt19937& rng) {
   Image image = Draw(rng);

@@ -13,6 +13,7 @@
 #include <highwall/core/error.h>
 #include <highwall/frontend/input/depth_identification.h>
 #include <highwall/frontend/input/depth_survey.h>
+#include <highwall/internal/median.h>
 #include <highwall/internal/number_text.h>
 
 #include "input/depth_bend.h"
@@ -29,6 +30,12 @@ constexpr int kHighest = std::numeric_limits<std::uint16_t>::max();
 // [m] Median depths that are usual: with a factor of 1000 for 5000, or the reverse, another
 // results.
 constexpr double kUsualNear = 0.8, kUsualFar = 3.5;
+// [m] Median depths that only a wrong factor explains, alone or with a noise that is as far from
+// the sensor's: it grows with the square of depth, so that with a factor that is k times too large
+// it is about k times what is stated. Right generated recordings had 0.8 to 2 times, real ones 0.3
+// to 0.7.
+constexpr double kTooNear = 0.25, kVeryNear = 0.6, kVeryFar = 6.0;
+constexpr double kNoisy = 1.4, kCalm = 0.35;
 constexpr double kSureFactor = 0.98, kImpossibleFactor = 0.005;  // probabilities
 // shares of the readings in the sensor's range by a wrong factor and by the right one
 constexpr double kHardlyAny = 0.2, kNearlyAllReadings = 0.95;
@@ -53,7 +60,7 @@ constexpr double kNearCentre = 0.05;    // of the width: shift of an image that 
 // and the focal length is 0.8 of the width.
 constexpr double kShifted = 0.022;
 constexpr double kFarShifted = 0.03;    // of the width
-constexpr double kBesideDelay = 0.008;  // of the width: what no usual delay explains
+constexpr double kBesideDelay = 0.008;  // of the width, along it: what no usual delay explains
 constexpr double kSigmas = 5.0;
 // Another field of view: the least correlation, its ratios to those of the best shift and of the
 // images as they are, the share of the images, and the change of the field if one is left out. On
@@ -61,7 +68,7 @@ constexpr double kSigmas = 5.0;
 constexpr double kViewFits = 0.04, kViewFitsBetter = 1.5, kViewFitsMuchBetter = 2.5;
 constexpr double kMostlyView = 0.7, kStableView = 0.2;
 // Ratio and difference of the correlations with the shift and without it, but with any usual delay.
-constexpr double kShiftFitsBetter = 1.3, kShiftFitsAbove = 0.035;
+constexpr double kShiftFitsBetter = 1.3, kShiftFitsAbove = 0.045;
 // A delay of depth: [s] from which on it is reported, and the ratio of correlations with it and
 // with any usual one. Right recordings, 20 ms late, gave up to 25 +- 3 ms.
 constexpr double kLate = 0.045, kDelayFitsBetter = 1.1;
@@ -118,6 +125,30 @@ SensorFinding SwappedBytes() {
 SensorFinding WrongFactor(std::string text, double factor) {
   return {SensorFault::kDepthScale, Trust::kNotTrusted, std::move(text),
           "set depth_factor: " + Short(factor) + " if the images are of that sensor"};
+}
+
+// Median over the depths of the noise of depth over what the sensor states; 1 if it is unknown.
+double NoiseRatio(const DepthStatistics& statistics, const RgbdSensor& sensor) {
+  std::vector<double> ratios;
+  for (const DepthGrain& grain : statistics.grain) {
+    const double depth = grain.depth / sensor.depth_factor;
+    ratios.push_back(grain.sigma / sensor.depth_factor / sensor.depth_noise.Sigma(depth));
+  }
+  return ratios.empty() ? 1.0 : UpperMedian(std::move(ratios));
+}
+
+// Depths that are as unlikely as their noise. median: [m]
+std::optional<SensorFinding> UnlikelyScale(double median, double noise) {
+  const bool is_near = median < kTooNear || (median < kVeryNear && noise > kNoisy);
+  const bool is_far = median > kVeryFar && noise < kCalm;
+  if (!is_near && !is_far) return std::nullopt;
+  return SensorFinding{SensorFault::kDepthScale, Trust::kDoubtful,
+                       "half of the depth readings are " +
+                           std::string(is_near ? "nearer" : "farther") + " than " +
+                           FixedText(median, 2) + " m, and the noise of depth is " +
+                           FixedText(noise, 2) + " times what depth_noise says",
+                       std::string("check whether depth_factor is several times too ") +
+                           (is_near ? "large" : "small") + ", and depth_noise"};
 }
 
 SensorFinding InverseDepth() {
@@ -224,9 +255,9 @@ void DepthCheck::Tests::AddScale(const RgbdSensor& sensor,
   const auto in_range = [&](double by) {
     return ShareBetween(sorted, by * sensor.min_depth, by * sensor.max_depth);
   };
-  if (is_usual || in_range(factor) > kHardlyAny) return;
+  if (is_usual) return;
   for (const double other : {1000.0, 5000.0}) {
-    if (in_range(other) < kNearlyAllReadings ||
+    if (in_range(factor) > kHardlyAny || in_range(other) < kNearlyAllReadings ||
         ProbabilityOfFactor(guesses, other) < kPossibleFactor) {
       continue;
     }
@@ -236,6 +267,9 @@ void DepthCheck::Tests::AddScale(const RgbdSensor& sensor,
             " m with depth factor " + Short(factor) + ", and hardly any with " + Short(other),
         other));
     return;
+  }
+  if (auto finding = UnlikelyScale(median, NoiseRatio(statistics, sensor))) {
+    findings->push_back(*std::move(finding));
   }
 }
 
@@ -280,7 +314,7 @@ void DepthCheck::Tests::AddPlace(std::vector<SensorFinding>* findings) const {
     findings->push_back(OtherView(view.share));
     return;
   }
-  const double beside = delay.ShiftBesideDelay({shifted.shift_u, shifted.shift_v});
+  const cv::Point2d beside = delay.ShiftBesideDelay({shifted.shift_u, shifted.shift_v});
   const double sigma = std::hypot(shifted.sigma_u, shifted.sigma_v);
   // Eight images of few edges may be of one view, whose outlines agree elsewhere by chance.
   const bool is_far = images.size() > kFewImages && is_clear(shifted, kFewEdgesFit) &&
@@ -291,7 +325,10 @@ void DepthCheck::Tests::AddPlace(std::vector<SensorFinding>* findings) const {
   const bool is_shifted =
       images.size() <= kFewImages && is_clear(shifted, kEdgesFit) && far > kShifted * width &&
       shifted.correlation > std::max(kShiftFitsBetter * as_it_is, as_it_is + kShiftFitsAbove);
-  if ((is_shifted || is_far) && far > kSigmas * sigma && beside > kBesideDelay * width) {
+  // Edges of slanted ground lie some pixels above or below those of colour, at any delay.
+  const bool is_beside = std::hypot(beside.x, beside.y) > kShifted * width ||
+                         std::abs(beside.x) > kBesideDelay * width;
+  if ((is_shifted || is_far) && far > kSigmas * sigma && is_beside) {
     findings->push_back(ShiftedDepth(shifted, size.width));
   }
 }

@@ -121,17 +121,14 @@ std::optional<DelayFit> DepthDelay::Fit() const {
   return fit;
 }
 
-double DepthDelay::ShiftBesideDelay(const cv::Point2d& shift) const {
-  double least = std::hypot(shift.x, shift.y);
+cv::Point2d DepthDelay::ShiftBesideDelay(const cv::Point2d& shift) const {
+  if (views_.empty()) return shift;
+  cv::Point2d flow;  // [px/s] mean
+  for (const View& view : views_) flow += view.flow * (cell_ / static_cast<double>(views_.size()));
+  cv::Point2d least = shift;
   for (double delay = -kUsual; delay <= kUsual; delay += kStep) {
-    std::vector<double> left;
-    for (const View& view : views_) {
-      const cv::Point2d of_image = shift - delay * cell_ * view.flow;
-      left.push_back(std::hypot(of_image.x, of_image.y));
-    }
-    if (left.empty()) return least;
-    std::ranges::nth_element(left, left.begin() + static_cast<std::ptrdiff_t>(left.size() / 2));
-    least = std::min(least, left[left.size() / 2]);
+    const cv::Point2d left = shift - delay * flow;
+    if (left.dot(left) < least.dot(least)) least = left;
   }
   return least;
 }

@@ -33,9 +33,9 @@ class DepthDelay {
   void Add(const cv::Mat& raw, const std::vector<cv::Mat>& bgr, double interval, double stated);
   // Empty with less than four images that have edges.
   std::optional<DelayFit> Fit() const;
-  // Returns the least shift [px] of depth that is left of this one beside a usual delay: the median
+  // Returns the least shift [px] of depth that is left of this one beside a usual delay: the mean
   // over the images, each of which has a motion of its own. The shift itself without images.
-  double ShiftBesideDelay(const cv::Point2d& shift) const;
+  cv::Point2d ShiftBesideDelay(const cv::Point2d& shift) const;
 
  private:
   struct View {
