@@ -10,6 +10,7 @@
 #include <highwall/frontend/inertial/inertial_odometry.h>
 #include <highwall/internal/background_job.h>
 
+#include "inertial/clock_check.h"
 #include "inertial/imu_monitor.h"
 #include "inertial/imu_weighting.h"
 #include "inertial/inertial_initializer.h"
@@ -108,8 +109,7 @@ class InertialOdometry::Impl {
   std::string reason_;
   ImuAgreement agreement_ = ImuAgreement::kUndecided;     // the last that was decided
   std::optional<Stamp> used_since_, contradicted_since_;  // at judgements, without a break
-  std::optional<Stamp> clock_off_since_;
-  bool is_clock_reported_ = false;
+  ClockCheck clock_;
   int attempts_ = 0;
   std::optional<Stamp> last_attempt_;
   std::optional<StampedPose> last_visual_;  // T_WC of the last image with a pose, image stamp

@@ -1,6 +1,5 @@
 // Parts of InertialOdometry that follow changes of its surroundings: the map moves, another world
 // begins, images contradict the IMU.
-#include <cmath>
 #include <utility>
 
 #include "inertial/inertial_odometry_impl.h"
@@ -47,16 +46,10 @@ bool InertialOdometry::Impl::IsBelieved(const ImuJudgement& judgement, bool is_u
 }
 
 void InertialOdometry::Impl::CheckClock(Stamp image, InertialReport& report) {
-  constexpr double kTolerated = 0.03;  // [s]
-  constexpr double kSigmas = 5.0;      // exceeded once in a million
-  constexpr double kLasting = 1.0;     // [s]: the estimate takes some images to settle
-  if (is_clock_reported_ || report.finding) return;
-  const double off = std::abs(report.time_offset - calibration_.time_offset);
-  const bool is_off = window_ && off > kTolerated + kSigmas * report.time_offset_sigma;
-  if (!is_off) return clock_off_since_.reset();
-  if (!clock_off_since_) clock_off_since_ = image;
-  if (ToSeconds(image - *clock_off_since_) < kLasting) return;
-  is_clock_reported_ = true;
+  if (report.finding) return;
+  if (!window_) return clock_.Interrupt();
+  const double off = report.time_offset - calibration_.time_offset;
+  if (!clock_.Update(image, off, report.time_offset_sigma)) return;
   report.finding = ClockFinding(report.time_offset, calibration_.time_offset);
 }
 
