@@ -274,6 +274,13 @@ TEST(LensCheck, BelievesTheStatedLensWhereTheEstimateIsOfNoLens) {
   estimate.intrinsics[0] *= 1.06;
   estimate.intrinsics[1] *= 0.84;
   EXPECT_FALSE(CompareLens(camera, estimate));
+  // No image is stretched as much; one that is, by half, is believed.
+  LensEstimate stretched = estimate;
+  stretched.intrinsics[0] = 0.16 * camera.fx;
+  stretched.intrinsics[1] = camera.fy;
+  EXPECT_FALSE(CompareLens(camera, stretched));
+  stretched.intrinsics[0] = 0.5 * camera.fx;
+  EXPECT_TRUE(CompareLens(camera, stretched));
   // Nearer to square pixels than what is stated.
   camera.fx = 1.25 * estimate.intrinsics[0];
   camera.fy = 0.75 * estimate.intrinsics[1];

@@ -104,13 +104,16 @@ std::vector<Deviation> DeviationsOf(const PinholeCamera& camera, const LensEstim
 // Pixels are square, but for images that were stretched: a wrong calibration has focal lengths that
 // are both too long or too short, or whose ratio is wrong. An estimate of which one is longer and
 // the other shorter, and whose ratio is farther from 1, is that of images that contradict each
-// other.
+// other. One whose ratio is far beyond that of stretched images is that of a motion which hardly
+// shows one of them, such as a drive straight ahead.
 bool IsOfNoLens(const PinholeCamera& camera, const LensEstimate& estimate) {
-  constexpr double kSigmas = 2.0;  // each of both
+  constexpr double kSigmas = 2.0;         // each of both
+  constexpr double kMostStretched = 2.5;  // every other row alone: 2
   const Eigen::Array2d stated(camera.fx, camera.fy), found = estimate.intrinsics.head<2>();
   const Eigen::Array2d off = (found - stated) / estimate.sigma.head<2>().array();
-  return off.prod() < 0.0 && off.abs().minCoeff() > kSigmas &&
-         std::abs(std::log(found[0] / found[1])) > std::abs(std::log(stated[0] / stated[1]));
+  const double ratio = std::abs(std::log(found[0] / found[1]));
+  if (ratio <= std::abs(std::log(stated[0] / stated[1]))) return false;
+  return ratio > std::log(kMostStretched) || (off.prod() < 0.0 && off.abs().minCoeff() > kSigmas);
 }
 
 std::string TextOf(LensPart part, const PinholeCamera& camera, const LensEstimate& estimate) {
