@@ -136,7 +136,7 @@ TEST_F(InfoDepthTest, CountsColourImagesThatRepeat) {
 
 // It looks at more than eight images where slam does: at those around them.
 TEST_F(InfoDepthTest, WarnsOfDepthOfAnotherMoment) {
-  constexpr int kFrames = 40, kPan = 4, kLate = 3;  // pan: [px] a frame, first to the right
+  constexpr int kFrames = 64, kPan = 4, kLate = 3;  // pan: [px] a frame, first to the right
   std::mt19937 rng(5);
   std::uniform_int_distribution<int> u(0, 140), v(0, 100), side(12, 30), value(0, 255);
   cv::Mat colour(120, 160, CV_8UC3, cv::Scalar::all(90)), raw(120, 160, CV_16UC1, 3000);

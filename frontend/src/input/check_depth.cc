@@ -7,6 +7,7 @@
 
 #include <highwall/core/stamp.h>
 #include <highwall/frontend/input/depth_check.h>
+#include <highwall/frontend/input/repeated_image.h>
 
 namespace highwall {
 namespace {
@@ -15,6 +16,8 @@ constexpr std::size_t kImages = 8;     // that are tested
 constexpr std::size_t kMostParts = 4;  // images as many times, where they are unclear
 // [s] between more images: nearer ones are of one view, and their errors are the same.
 constexpr double kApart = 0.12;
+// [s] that show a delay: in less, one motion over one view fits a wrong moment as well.
+constexpr double kDelaySeconds = 2.0;
 constexpr std::size_t kImagesAround = 4;  // colour images before and after, for a delay
 
 bool HasUnregistered(const std::vector<SensorFinding>& findings) {
@@ -57,10 +60,12 @@ class CheckedFrames {
   void AddAround(std::size_t index, std::size_t around, DepthCheck* check) {
     std::vector<cv::Mat> bgr;
     cv::Mat raw;
+    RepeatedImage repeated;
     double stated = sensor_.timing.depth_delay;
     for (std::size_t i = index - around; i <= index + around; ++i) {
       const std::optional<RgbdImage> image = Load(i);
-      if (!image) return;
+      // Where colour repeats, its moments are not those of its stamps.
+      if (!image || repeated.Update(image->bgr)) return;
       bgr.push_back(image->bgr);
       if (i != index) continue;
       raw = Stored(*image);
@@ -106,11 +111,12 @@ std::vector<SensorFinding> CheckDepth(const Dataset& dataset, const RgbdSensor& 
     }
     findings = check.Findings();
   }
-  if (dataset.is_registered() || is_one_view) {
-    std::erase_if(findings, [](const SensorFinding& finding) {
-      return finding.fault == SensorFault::kDepthUnregistered;
-    });
-  }
+  const auto drop = [&findings](SensorFault fault) {
+    std::erase_if(findings,
+                  [fault](const SensorFinding& finding) { return finding.fault == fault; });
+  };
+  if (dataset.is_registered() || is_one_view) drop(SensorFault::kDepthUnregistered);
+  if (frames.seconds() < kDelaySeconds) drop(SensorFault::kDepthInconsistent);
   return findings;
 }
 

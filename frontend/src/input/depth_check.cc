@@ -70,8 +70,9 @@ constexpr double kMostlyView = 0.7, kStableView = 0.2;
 // Ratio and difference of the correlations with the shift and without it, but with any usual delay.
 constexpr double kShiftFitsBetter = 1.3, kShiftFitsAbove = 0.045;
 // A delay of depth: [s] from which on it is reported, and the ratio of correlations with it and
-// with any usual one. Right recordings, 20 ms late, gave up to 25 +- 3 ms.
-constexpr double kLate = 0.045, kDelayFitsBetter = 1.1;
+// with any usual one. Right recordings, 20 ms late, gave up to 25 +- 3 ms, and one whose colour
+// repeats 47 ms.
+constexpr double kLate = 0.055, kDelayFitsBetter = 1.1;
 constexpr double kDelaySigma = 0.0025;  // [s] the least standard deviation of a delay
 
 std::string Short(double value) {

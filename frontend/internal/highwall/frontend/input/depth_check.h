@@ -56,7 +56,7 @@ class DepthCheck {
 // sensor, or to 15 and then 30 where less find nothing and are unclear. Where they are unclear, or
 // depth lies elsewhere, colour images before and after show whether it is late. A shift of depth
 // against colour is not reported where Dataset::is_registered(), nor in less than a second, which
-// shows one view.
+// shows one view; a delay is not reported in less than two.
 std::vector<SensorFinding> CheckDepth(const Dataset& dataset, const RgbdSensor& sensor,
                                       std::size_t begin = 0, std::size_t end = SIZE_MAX);
 
