@@ -202,6 +202,22 @@ TEST(NoiseEstimator, WithWrongNoiseKnownBeforehandBothAreNoWorseThanTheBetterOfP
   EXPECT_LT(learnt.both, 1.03 * std::min(known.points, known.lines));
 }
 
+TEST(NoiseEstimator, TheCalibrationErrorOfASmallerImageIsTheSameAngle) {
+  const auto line_px = [](double scale) {
+    RgbdSensor sensor = IdealSensor();
+    sensor.camera.width = static_cast<int>(640.0 * scale);
+    sensor.camera.height = static_cast<int>(480.0 * scale);
+    sensor.camera.fx = sensor.camera.fy = 525.0 * scale;
+    sensor.camera.cx = 320.0 * scale - 0.5;
+    sensor.camera.cy = 240.0 * scale - 0.5;
+    const MeasurementModel model(sensor, {});
+    return NoiseEstimator(model).estimate().line_px[0];
+  };
+  EXPECT_EQ(line_px(0.5), std::hypot(1.0, 0.2));
+  EXPECT_EQ(line_px(1.0), std::hypot(1.0, 0.4));
+  EXPECT_EQ(line_px(2.0), std::hypot(1.0, 0.4)) << "never larger";
+}
+
 TEST(NoiseEstimator, WithoutResidualsTheNoiseIsThatOfTheModelAndTheSharedPart) {
   NoiseOfAMap map({});
   NoiseEstimator estimator(map.model());

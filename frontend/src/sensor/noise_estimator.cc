@@ -19,8 +19,9 @@ constexpr std::size_t kMinViews = 3;  // of a landmark, for its residuals to be 
 // Errors common to all views of a landmark appear in none of their residuals: the remaining
 // calibration error of a camera [px], and distortion and bias of depth, half of its variance.
 constexpr double kSharedPixels = 0.4, kSharedDepth = 0.7;
-constexpr double kMaxFactor = 10.0;  // a larger factor means that the model is wrong
-constexpr double kEdge = 1.2;        // of the depth noise, where readings around a corner differ
+constexpr double kUsualSide = 640.0;  // [px] longer side of images with that error, an angle
+constexpr double kMaxFactor = 10.0;   // a larger factor means that the model is wrong
+constexpr double kEdge = 1.2;         // of the depth noise, where readings around a corner differ
 
 // Medians of chi-square with 1 and 2 degrees of freedom.
 double Median(int dof) {
@@ -29,6 +30,13 @@ double Median(int dof) {
 
 std::size_t DepthBand(double z) {
   return z <= 1.0 ? 0 : z <= 2.0 ? 1 : z <= 4.0 ? 2 : 3;
+}
+
+// Returns the calibration error [px] in images of a camera. In larger images than usual it is not
+// known to be larger.
+double SharedPixels(const PinholeCamera& camera) {
+  const auto side = static_cast<double>(std::max(camera.width, camera.height));
+  return kSharedPixels * std::min(1.0, side / kUsualSide);
 }
 
 // Expected ratio of the squared residual of a landmark to its variance, below 1 because the
@@ -41,8 +49,9 @@ double Redundancy(std::size_t views) {
 }  // namespace
 
 NoiseEstimator::NoiseEstimator(const MeasurementModel& model) : model_(model) {
-  const auto of_point = [&](int octave) { return kSharedPixels / model.PointSigma(octave); };
-  const auto of_line = [&](int) { return kSharedPixels / model.options().line_sigma; };
+  const double shared = SharedPixels(model.camera());
+  const auto of_point = [&](int octave) { return shared / model.PointSigma(octave); };
+  const auto of_line = [&](int) { return shared / model.options().line_sigma; };
   const auto of_depth = [](int) { return kSharedDepth; };
   Follow(kPointPx, 2, &estimate_.point_px, of_point);
   Follow(kRefinedPx, 2, &estimate_.refined_px, of_point);
