@@ -207,6 +207,15 @@ void AddDepthProblems(const RgbdSensor& sensor, DatasetReport* report) {
   }
 }
 
+// Returns the sensor with what another one states about noise, range and time of its depth.
+RgbdSensor WithStatedDepth(RgbdSensor sensor, const RgbdSensor& stated) {
+  sensor.depth_noise = stated.depth_noise;
+  sensor.min_depth = stated.min_depth;
+  sensor.max_depth = stated.max_depth;
+  sensor.timing = stated.timing;
+  return sensor;
+}
+
 // Appends what CheckDepth() finds, except for a depth factor that AddDepthProblems() or a warning
 // of the dataset names.
 void AddFindings(const Dataset& dataset, const RgbdSensor& sensor, DatasetReport* report) {
@@ -253,7 +262,6 @@ void ReadFrames(const Dataset& dataset, const RgbdSensor& sensor,
   report->depth_images.statistics = survey.Describe();
   report->depth_images.guesses =
       IdentifyDepthSensor(report->depth_images.statistics, sensor.depth_factor);
-  AddFindings(dataset, sensor, report);
 }
 
 // Returns the reader of the recording. Throws IoError for a format whose depth is computed, before
@@ -350,6 +358,7 @@ DatasetReport InspectDataset(const std::filesystem::path& directory, DatasetOpti
   report.depth_factor = sensor.depth_factor;
 
   ReadFrames(dataset, sensor, progress, &report);
+  AddFindings(dataset, config ? WithStatedDepth(sensor, config->sensor) : sensor, &report);
   const DepthReport& depth = report.depth_images;
   const auto* const listed = dynamic_cast<const TumDataset*>(&dataset);
   report.median_depth = listed != nullptr ? listed->median_depth()

@@ -45,6 +45,14 @@ TEST(ClockCheck, ReportsClocksThatAreFiftyMillisecondsApart) {
   }
 }
 
+TEST(ClockCheck, AnEstimateThatIsNotFiniteIsNoFinding) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  ClockCheck check;
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_FALSE(check.Update(FromSeconds(0.1 * i), i % 2 == 0 ? nan : 0.1, nan));
+  }
+}
+
 TEST(ClockCheck, NeedsASecondWithoutInterruptionAndReportsOnce) {
   ClockCheck check;
   const auto update = [&](double seconds) {

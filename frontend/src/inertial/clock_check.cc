@@ -9,7 +9,7 @@ bool ClockCheck::Update(Stamp image, double off, double sigma) {
   constexpr double kSigmas = 5.0;      // exceeded once in a million
   constexpr double kLasting = 1.0;     // [s]: the estimate takes some images to settle
   if (is_reported_) return false;
-  if (std::abs(off) <= kTolerated + kSigmas * sigma) {
+  if (!(std::abs(off) > kTolerated + kSigmas * sigma)) {  // not a number: unknown
     off_since_.reset();
     return false;
   }

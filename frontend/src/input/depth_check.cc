@@ -30,12 +30,12 @@ constexpr int kHighest = std::numeric_limits<std::uint16_t>::max();
 // [m] Median depths that are usual: with a factor of 1000 for 5000, or the reverse, another
 // results.
 constexpr double kUsualNear = 0.8, kUsualFar = 3.5;
-// [m] Median depths that only a wrong factor explains, alone or with a noise that is as far from
-// the sensor's: it grows with the square of depth, so that with a factor that is k times too large
-// it is about k times what is stated. Right generated recordings had 0.8 to 2 times, real ones 0.3
-// to 0.7.
-constexpr double kTooNear = 0.25, kVeryNear = 0.6, kVeryFar = 6.0;
-constexpr double kNoisy = 1.4, kCalm = 0.35;
+// [m] Median depths that a wrong factor explains if the noise is as far from the sensor's: it grows
+// with the square of depth, so that with a factor that is k times too large it is about k times
+// what is stated. Right generated recordings had 0.8 to 2 times, real ones 0.3 to 0.7.
+constexpr double kVeryNear = 0.6, kVeryFar = 6.0;
+constexpr double kNoisy = 2.5, kCalm = 0.2;
+constexpr double kLeastGrain = 0.5;  // [stored units] Rounding hides less noise.
 constexpr double kSureFactor = 0.98, kImpossibleFactor = 0.005;  // probabilities
 // shares of the readings in the sensor's range by a wrong factor and by the right one
 constexpr double kHardlyAny = 0.2, kNearlyAllReadings = 0.95;
@@ -128,20 +128,29 @@ SensorFinding WrongFactor(std::string text, double factor) {
           "set depth_factor: " + Short(factor) + " if the images are of that sensor"};
 }
 
-// Median over the depths of the noise of depth over what the sensor states; 1 if it is unknown.
-double NoiseRatio(const DepthStatistics& statistics, const RgbdSensor& sensor) {
+// Median over the depths of the noise of depth over what the sensor states; empty if it is unknown.
+std::optional<double> NoiseRatio(const DepthStatistics& statistics, const RgbdSensor& sensor) {
   std::vector<double> ratios;
   for (const DepthGrain& grain : statistics.grain) {
+    if (grain.sigma < kLeastGrain) continue;
     const double depth = grain.depth / sensor.depth_factor;
     ratios.push_back(grain.sigma / sensor.depth_factor / sensor.depth_noise.Sigma(depth));
   }
-  return ratios.empty() ? 1.0 : UpperMedian(std::move(ratios));
+  return ratios.empty() ? std::nullopt : std::optional(UpperMedian(std::move(ratios)));
+}
+
+// The default is that of a Kinect, whatever the sensor is.
+bool StatesNoise(const RgbdSensor& sensor) {
+  const DepthNoise &noise = sensor.depth_noise, usual;
+  return noise.offset != usual.offset || noise.quadratic != usual.quadratic ||
+         noise.reference != usual.reference;
 }
 
 // Depths that are as unlikely as their noise. median: [m]
-std::optional<SensorFinding> UnlikelyScale(double median, double noise) {
-  const bool is_near = median < kTooNear || (median < kVeryNear && noise > kNoisy);
-  const bool is_far = median > kVeryFar && noise < kCalm;
+std::optional<SensorFinding> UnlikelyScale(double median, double noise, const RgbdSensor& sensor) {
+  const bool is_near = median < kVeryNear && noise > kNoisy;
+  // Sensors that measure so far, such as those of LiDAR, are far better than a Kinect.
+  const bool is_far = median > kVeryFar && noise < kCalm && StatesNoise(sensor);
   if (!is_near && !is_far) return std::nullopt;
   return SensorFinding{SensorFault::kDepthScale, Trust::kDoubtful,
                        "half of the depth readings are " +
@@ -177,8 +186,8 @@ SensorFinding OtherView(double share) {
 SensorFinding DelayedDepth(double delay) {
   return {
       SensorFault::kDepthInconsistent, Trust::kDoubtful,
-      "depth images are of " + FixedText(1e3 * std::abs(delay), 0) + " ms " +
-          (delay > 0.0 ? "after" : "before") + " their colour images: their edges agree then",
+      "depth was measured " + FixedText(1e3 * std::abs(delay), 0) + " ms " +
+          (delay > 0.0 ? "after" : "before") + " the colour it is paired with: edges agree then",
       "pair each colour image with the depth image of the same moment, or correct their stamps"};
 }
 
@@ -208,7 +217,7 @@ struct DepthCheck::Tests {
   DepthValues values;
   DepthBend bend;
   DepthEdges edges;
-  DepthDelay delay;
+  DepthDelayFinder delay;
   std::vector<double> readings;  // [stored units] a sample
 
   void AddScale(const RgbdSensor& sensor, std::vector<SensorFinding>* findings) const;
@@ -269,13 +278,15 @@ void DepthCheck::Tests::AddScale(const RgbdSensor& sensor,
         other));
     return;
   }
-  if (auto finding = UnlikelyScale(median, NoiseRatio(statistics, sensor))) {
+  const std::optional<double> noise = NoiseRatio(statistics, sensor);
+  if (!noise) return;
+  if (auto finding = UnlikelyScale(median, *noise, sensor)) {
     findings->push_back(*std::move(finding));
   }
 }
 
 bool DepthCheck::Tests::IsDelayed(const DelayFit& fit) const {
-  const double beyond = std::abs(fit.delay) - DepthDelay::kUsual;
+  const double beyond = std::abs(fit.delay) - DepthDelayFinder::kUsual;
   return std::abs(fit.delay) > kLate && beyond > kSigmas * std::max(fit.sigma, kDelaySigma) &&
          fit.correlation > std::max(kEdgesFit, kDelayFitsBetter * fit.usual) &&
          fit.better > kNearlyAlways;

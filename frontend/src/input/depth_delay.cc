@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kLeastViews = 4;
 constexpr double kStep = 0.0025;  // [s] between the delays that are tried
+constexpr double kLongest = 2.0;  // [s]
 
 // Value of a map between its cells; that of its border outside of it.
 double ValueAt(const cv::Mat& map, const cv::Point2d& at) {
@@ -42,8 +43,8 @@ std::size_t IndexOfMost(const std::vector<double>& values) {
 
 }  // namespace
 
-void DepthDelay::Add(const cv::Mat& raw, const std::vector<cv::Mat>& bgr, double interval,
-                     double stated) {
+void DepthDelayFinder::Add(const cv::Mat& raw, const std::vector<cv::Mat>& bgr, double interval,
+                           double stated) {
   const EdgeMaps edges = EdgeMapsOf(raw, bgr);
   if (!edges.has_edges || InnerPart(edges.depth).empty()) return;
   cell_ = edges.cell;
@@ -60,7 +61,7 @@ void DepthDelay::Add(const cv::Mat& raw, const std::vector<cv::Mat>& bgr, double
 }
 
 // The colour image nearest to the moment of depth, and the flow in between.
-double DepthDelay::CorrelationAt(const View& view, double delay) {
+double DepthDelayFinder::CorrelationAt(const View& view, double delay) {
   const double images = (delay + view.stated) / view.interval;
   const double middle = static_cast<double>(view.maps.size() / 2);
   const double nearest = std::clamp(std::round(images), -middle, middle);
@@ -69,8 +70,8 @@ double DepthDelay::CorrelationAt(const View& view, double delay) {
   return ValueAt(map, cv::Point2d(CentreOf(map)) - beyond * view.flow);
 }
 
-std::vector<double> DepthDelay::Delays() const {
-  double most = std::numeric_limits<double>::max();
+std::vector<double> DepthDelayFinder::Delays() const {
+  double most = kLongest;
   for (const View& view : views_) {
     const double around = static_cast<double>(view.maps.size() / 2);
     most = std::min(most, (around + 0.4) * view.interval - std::abs(view.stated));
@@ -82,7 +83,7 @@ std::vector<double> DepthDelay::Delays() const {
   return delays;
 }
 
-std::vector<std::vector<double>> DepthDelay::Correlations() const {
+std::vector<std::vector<double>> DepthDelayFinder::Correlations() const {
   std::vector<std::vector<double>> correlations;
   for (const double delay : Delays()) {
     std::vector<double>& of_delay = correlations.emplace_back();
@@ -91,7 +92,7 @@ std::vector<std::vector<double>> DepthDelay::Correlations() const {
   return correlations;
 }
 
-std::optional<DelayFit> DepthDelay::Fit() const {
+std::optional<DelayFit> DepthDelayFinder::Fit() const {
   if (views_.size() < kLeastViews) return std::nullopt;
   const std::vector<double> delays = Delays();
   if (delays.empty()) return std::nullopt;
@@ -121,7 +122,7 @@ std::optional<DelayFit> DepthDelay::Fit() const {
   return fit;
 }
 
-cv::Point2d DepthDelay::ShiftBesideDelay(const cv::Point2d& shift) const {
+cv::Point2d DepthDelayFinder::ShiftBesideDelay(const cv::Point2d& shift) const {
   if (views_.empty()) return shift;
   cv::Point2d flow;  // [px/s] mean
   for (const View& view : views_) flow += view.flow * (cell_ / static_cast<double>(views_.size()));

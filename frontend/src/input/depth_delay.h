@@ -21,7 +21,7 @@ struct DelayFit {
 // Compares the edges of depth images with those of colour images that were taken before and after:
 // where the camera moves, only those of the same moment fit. Between two images, edges are moved by
 // the flow of the colour image as a whole (docs/misconfiguration.md).
-class DepthDelay {
+class DepthDelayFinder {
  public:
   // [s] of both signs: delays of depth that nobody would correct.
   static constexpr double kUsual = 0.025;

@@ -88,7 +88,8 @@ EdgeMaps EdgeMapsOf(const cv::Mat& raw, const std::vector<cv::Mat>& bgr) {
 cv::Rect InnerPart(const cv::Mat& map) {
   const int reach = static_cast<int>(std::lround(kReach * map.cols));
   const cv::Rect inner(reach, reach, map.cols - 2 * reach, map.rows - 2 * reach);
-  return inner.width < 2 * reach || inner.height < 2 * reach ? cv::Rect() : inner;
+  const bool is_small = reach < 1 || inner.width < 2 * reach || inner.height < 2 * reach;
+  return is_small ? cv::Rect() : inner;
 }
 
 cv::Mat ShiftCorrelations(const cv::Mat& map, const cv::Mat& part) {
