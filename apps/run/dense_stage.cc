@@ -136,7 +136,11 @@ void DenseStage::Apply(const KeyframeEvent& event) {
 }
 
 std::vector<MemoryShare> DenseStage::memory() {
-  return mapping_ ? mapping_->memory() : std::vector<MemoryShare>();
+  std::vector<MemoryShare> shares;
+  if (mapping_ && !Attempt(kDenseMap, &failures_, [&] { shares = mapping_->memory(); })) {
+    mapping_.reset();
+  }
+  return shares;
 }
 
 void DenseStage::Complete() {

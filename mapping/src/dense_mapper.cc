@@ -255,17 +255,21 @@ bool DenseMapper::IsCurrent() const {
 }
 
 std::vector<MemoryShare> DenseMapper::memory() {
+  std::size_t cloud = 0, scans = 0, octree = 0, images = 0;
+  // On the thread of the worker, which otherwise continues to move the maps.
+  impl_->Post([&] {
+    for (const auto& [id, layer] : impl_->layers) {
+      cloud += layer.cloud.MemoryBytes();
+      scans += layer.octree.ScanBytes();
+      octree += layer.octree.map().MemoryBytes();
+    }
+    images = impl_->filter.MemoryBytes();
+  });
   if (impl_->worker) impl_->worker->Wait();
-  std::size_t cloud = 0, scans = 0, octree = 0;
-  for (const auto& [id, layer] : impl_->layers) {
-    cloud += layer.cloud.MemoryBytes();
-    scans += layer.octree.ScanBytes();
-    octree += layer.octree.map().MemoryBytes();
-  }
   return {{"cloud", cloud},
           {"scans of the octree", scans},
           {"octree", octree},
-          {"images of the newest keyframes", impl_->filter.MemoryBytes()}};
+          {"images of the newest keyframes", images}};
 }
 
 std::map<std::int32_t, DenseMap> DenseMapper::Finish() {

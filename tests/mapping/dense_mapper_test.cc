@@ -70,6 +70,20 @@ TEST_F(DenseMapperOfARoom, FollowsItsKeyframesDuringTheRun) {
   EXPECT_LT((mean(map) - mean(expected)).norm(), 0.03);
 }
 
+TEST_F(DenseMapperOfARoom, StatesWhatItHoldsWhileTheMapsMove) {
+  DenseMapper mapper(BoxRoomOptions(true), camera_);
+  EXPECT_EQ(mapper.memory().front().bytes, 0U);
+  for (const KeyframeImage& keyframe : keyframes_) {
+    KeyframeImage drifted = keyframe;
+    drifted.T_WC = Pose(keyframe.T_WC.q(), keyframe.T_WC.p() + Eigen::Vector3d(0.3, 0.0, 0.0));
+    mapper.AddKeyframe(drifted);
+  }
+  mapper.SetPoses(AllIn(0));
+  do {
+    for (const MemoryShare& share : mapper.memory()) EXPECT_GT(share.bytes, 0U) << share.holder;
+  } while (!mapper.IsCurrent());
+}
+
 TEST_F(DenseMapperOfARoom, ForgetsRemovedKeyframes) {
   DenseMapper with(BoxRoomOptions(false), camera_), without(BoxRoomOptions(false), camera_);
   for (const KeyframeImage& keyframe : keyframes_) with.AddKeyframe(keyframe);
