@@ -17,9 +17,10 @@ constexpr double kPrior = 100.0;
 constexpr std::size_t kMinRows = 8;   // of a kind, for a median
 constexpr std::size_t kMinViews = 3;  // of a landmark, for its residuals to be informative
 // Errors common to all views of a landmark appear in none of their residuals: the remaining
-// calibration error of a camera [px], and distortion and bias of depth, half of its variance.
+// calibration error of a camera [px], in images of the usual side, and distortion and bias of
+// depth, half of its variance.
 constexpr double kSharedPixels = 0.4, kSharedDepth = 0.7;
-constexpr double kUsualSide = 640.0;  // [px] longer side of images with that error, an angle
+constexpr double kUsualSide = 640.0;  // [px] the longer one
 constexpr double kMaxFactor = 10.0;   // a larger factor means that the model is wrong
 constexpr double kEdge = 1.2;         // of the depth noise, where readings around a corner differ
 

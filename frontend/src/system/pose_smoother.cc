@@ -25,7 +25,9 @@ constexpr std::size_t kWindow = 1000;  // frames smoothed at once
 // Frames on either side of a window that are smoothed with it and not kept. The influence of a
 // frame ends within a few neighbours.
 constexpr std::size_t kOverlap = 50;
-constexpr std::size_t kPredictedFrom = 16;  // frames before the newest one, for the same reason
+// Frames before the newest one that predict it, for the same reason, and how many of them an image
+// must measure.
+constexpr std::size_t kPredictedFrom = 16, kLeastMeasured = 6;
 // At 95 % of chi-squared with 6 and with 12 degrees of freedom: spikes of poses, cuts of motions.
 constexpr double kMostOfPose = 3.5, kMostOfMotion = 4.6;
 
@@ -137,6 +139,19 @@ void SmoothWindow(std::span<const MeasuredPose> poses, std::size_t begin, std::s
   }
 }
 
+// Returns the first of the poses that predict the last one.
+std::size_t FirstToPredictFrom(std::span<const MeasuredPose> poses) {
+  std::size_t begin = poses.size() - 1, measured = 0;
+  while (begin > 0 && poses.size() - begin <= kOverlap &&
+         (poses.size() - begin <= kPredictedFrom || measured < kLeastMeasured) &&
+         ToSeconds(poses[begin].stamp - poses[begin - 1].stamp) <=
+             ConstantVelocity::kLongestPrediction) {
+    --begin;
+    measured += IsMeasured(poses[begin]) ? 1 : 0;
+  }
+  return begin;
+}
+
 }  // namespace
 
 std::vector<std::optional<Pose>> SmoothPoses(std::span<const MeasuredPose> poses,
@@ -149,12 +164,7 @@ std::vector<std::optional<Pose>> SmoothPoses(std::span<const MeasuredPose> poses
 }
 
 std::optional<Pose> PredictLastPose(std::span<const MeasuredPose> poses) {
-  std::size_t begin = poses.size() - 1;
-  while (begin > 0 && ToSeconds(poses[begin].stamp - poses[begin - 1].stamp) <=
-                          ConstantVelocity::kLongestPrediction) {
-    --begin;
-  }
-  begin = std::max(begin, poses.size() - std::min(poses.size(), kPredictedFrom + 1));
+  const std::size_t begin = FirstToPredictFrom(poses);
   const auto noise = EstimateMotionNoise(Informed(poses));
   if (!noise || poses.size() - begin < 3) return std::nullopt;
   // Without a loss of the poses: only poses after it show whether the newest one is a spike or the

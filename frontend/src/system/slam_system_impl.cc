@@ -141,18 +141,19 @@ FrameResult SlamSystem::Impl::Track(const RgbdImage& image) {
   const std::optional<ImageInformation> information = InformationOf(tracked);
   result.uncertainty = UncertaintyOf(tracked, result);
   if (!result.repeated && !options_.localize_only && WantsKeyFrame(tracked)) {
+    if (due_.lens_check) CheckLens(false);  // of the keyframe before: no frame came in between
     InsertKeyFrame(tracked, result);
     due_ = {.loop_search = true, .lens_check = true};
     if (options_.threads == 0) {
       DoWhatIsDue(result);
-      // The loop is closed by now, and the frame belongs to the corrected map.
+      // If there was a loop, it is closed by now, and the frame belongs to the corrected map.
       tracked.T_WC = map_.keyframe(last_keyframe_)->T_WC;
-      DoWhatIsDue(result);
     }
     AdjustToFactors(tracked, result);
     if (worker_.IsFree() && backlog_.IsEmpty()) {
       depth_pattern_.Begin(map_, model_, submap_, last_given_keyframe_);
     }
+    if (options_.threads == 0) DoWhatIsDue(result);
   }
   Report(tracked, information, result);
   RefineFrames(result);

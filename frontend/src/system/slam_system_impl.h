@@ -80,9 +80,9 @@ class SlamSystem::Impl {
   static constexpr int kMinSubmapKeyFrames = 5;
 
   // The stages of Track(), in their order.
-  // Returns what is done to the depth of the image of a stamp: where its colour is late, it becomes
-  // that of the colour; then it is compensated for rolling shutter by the expected motion, and its
-  // distortion is corrected.
+  // Returns the change of the depth of the image with this stamp: where its colour is late, the
+  // depth that was taken with the colour replaces it; then it is compensated for rolling shutter by
+  // the expected motion, and its distortion is corrected.
   FrameBuilder::DepthChange DepthChangeOf(Stamp stamp);
   Frame Extract(RgbdImage* image, FrameResult& result);
   // Returns whether the image repeats the previous one.
