@@ -420,7 +420,7 @@ TEST(CheckDepth, FindsDepthOfAnotherMoment) {
     const std::vector<SensorFinding> found = Check(PannedViews(7.0, -0.6, delay));
     ASSERT_EQ(found.size(), 1u) << delay << ": " << Lines(found);
     EXPECT_EQ(found[0].fault, SensorFault::kDepthInconsistent);
-    const std::string prefix = "depth images are of ";
+    const std::string prefix = "depth was measured ";
     ASSERT_TRUE(found[0].text.starts_with(prefix)) << Lines(found);
     // To a step of the delays that are tried, and half a pixel of each image.
     EXPECT_NEAR(std::stod(found[0].text.substr(prefix.size())), std::abs(delay) * 1e3 / 30.0, 5.0)
