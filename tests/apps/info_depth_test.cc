@@ -174,7 +174,7 @@ TEST_F(InfoDepthTest, WarnsOfDepthOfAnotherMoment) {
   WriteText(dataset() / "rgb.txt", rgb);
   WriteText(dataset() / "depth.txt", depth);
   WriteText(dataset() / "calibration.yaml", std::string(kCamera) + "depth_factor: 1000\n");
-  EXPECT_NE(Problems(Info()).find("ms before their colour images"), std::string::npos)
+  EXPECT_NE(Problems(Info()).find("ms before the colour it is paired with"), std::string::npos)
       << Problems(Info());
 }
 
