@@ -14,7 +14,7 @@ void ReturnFreeMemory();
 // Returns the peak memory of the process [MiB].
 double PeakMemoryMib();
 
-// Returns the memory that the process holds now [MiB]; 0 where the system does not tell it.
+// Returns the memory that the process holds now [MiB]; 0 where the system does not state it.
 double ResidentMemoryMib();
 
 }  // namespace highwall::apps

@@ -25,7 +25,7 @@ constexpr double kDistinct = 0.14;
 constexpr double kLeastGrey = 0.5, kLeastPlane = 0.05;
 // [cells] Motion between two depth images below which they are too alike to tell which one it is.
 constexpr double kLeastMotion = 1.0;
-// [m, rad] A step after which the errors of the alignment change by a few per cent at most.
+// [m, rad] A step that ends a stage: only errors are compared, and the next step changes no choice.
 constexpr double kSmallStep = 3e-4;
 // Readings on patches with an error of one sigma, which are added: few readings decide nothing.
 constexpr double kExpected = 10.0;
