@@ -34,6 +34,7 @@ using testing::operator""_kf;
 
 constexpr int kKeyFrames = 200;  // 50 m
 const Pose kT_FW = Pose::FromTangent({4.5e5, -2e6, 300}, {0, 0, 2.5});
+const MeasurementModel kModel(testing::IdealSensor(), {});
 
 // A ring that odometry does not close, and positions in a reference frame far away.
 class FactorAdjusterTest : public ::testing::Test {
@@ -68,7 +69,7 @@ class FactorAdjusterTest : public ::testing::Test {
   }
 
   std::optional<FactorAdjustmentReport> Adjust(const UserFactorOptions& options, int threads = 0) {
-    FactorAdjuster adjuster(options, {}, threads);
+    FactorAdjuster adjuster(kModel, options, {}, threads);
     return adjuster.BeginLast(map, kFirstSubmap, {}) ? adjuster.Finish(&map) : std::nullopt;
   }
 
@@ -145,7 +146,7 @@ TEST_F(FactorAdjusterTest, FactorsOfOneSourceAndKindAreOneSeries) {
   add(2, "wheels");
   measure(2, "gps");
   measure(4, "total station");
-  const KeyFrameGraph graph = MakeKeyFrameGraph(map, {});
+  const KeyFrameGraph graph = MakeKeyFrameGraph(map, kModel, {});
   // The tilt of the frame comes before its first position.
   EXPECT_EQ(graph.series, (std::vector<std::size_t>{0, 1, 2, 3, 0, 2, 4}));
 }
@@ -216,7 +217,7 @@ TEST_F(FactorAdjusterTest, AStraightPathRevealsTheHeadingOfAnUprightFrame) {
 TEST_F(FactorAdjusterTest, BeginsWhenEnoughFactorsAreNew) {
   UserFactorOptions options = defaults;
   options.every = 30;
-  FactorAdjuster adjuster(options, {});
+  FactorAdjuster adjuster(kModel, options, {});
   Measure(0.1, 10);  // 20
   EXPECT_FALSE(adjuster.Begin(map, kFirstSubmap, {}));
   Measure(0.1, 10);
@@ -228,7 +229,7 @@ TEST_F(FactorAdjusterTest, BeginsWhenEnoughFactorsAreNew) {
 }
 
 TEST_F(FactorAdjusterTest, NewFactorsAreNewWhereOthersHaveLeft) {
-  FactorAdjuster adjuster(defaults, {}, 0);
+  FactorAdjuster adjuster(kModel, defaults, {}, 0);
   Measure(0.1);
   ASSERT_TRUE(adjuster.BeginLast(map, kFirstSubmap, {}));
   ASSERT_TRUE(adjuster.Finish(&map)->accepted);
@@ -240,7 +241,7 @@ TEST_F(FactorAdjusterTest, NewFactorsAreNewWhereOthersHaveLeft) {
 
 TEST_F(FactorAdjusterTest, RepeatsACancelledAdjustment) {
   Measure(0.1);
-  FactorAdjuster adjuster(defaults, {});
+  FactorAdjuster adjuster(kModel, defaults, {});
   ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
   const Pose before = map.keyframe(150_kf)->T_WC;
   adjuster.Drop();
@@ -259,7 +260,7 @@ TEST_F(FactorAdjusterTest, AdjustsEachWorldByItself) {
         map.AddKeyFrame({.index = kKeyFrames + i, .features = features}, T_WC, other).id;
     map.AddFactor({{{id, Pose()}}, frame, PositionInFrame(kT_FW * T_WC.p(), 0.1), nullptr});
   }
-  FactorAdjuster adjuster(defaults, {});
+  FactorAdjuster adjuster(kModel, defaults, {});
   ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
   ASSERT_TRUE(adjuster.Finish(&map)->accepted);
   ASSERT_TRUE(adjuster.Begin(map, other, {})) << "those of the first world are none of its own";
@@ -277,7 +278,7 @@ TEST_F(FactorAdjusterTest, FactorsOfAWorldThatIsJoinedAreNewIfTheyWereNotAdjuste
       map.AddKeyFrame({.index = kKeyFrames, .features = features}, Pose(), other).id;
   map.AddFactor({{{id, Pose()}}, frame, PositionInFrame(kT_FW * Pose().p(), 0.1), nullptr});
   Measure(0.1);
-  FactorAdjuster adjuster(defaults, {});
+  FactorAdjuster adjuster(kModel, defaults, {});
   ASSERT_TRUE(adjuster.BeginLast(map, kFirstSubmap, {}));
   ASSERT_TRUE(adjuster.Finish(&map)->accepted);
   ASSERT_FALSE(adjuster.BeginLast(map, kFirstSubmap, {}));
@@ -287,7 +288,7 @@ TEST_F(FactorAdjusterTest, FactorsOfAWorldThatIsJoinedAreNewIfTheyWereNotAdjuste
 
 TEST_F(FactorAdjusterTest, FactorsOfALoadedMapAreNotNew) {
   Measure(0.1);
-  FactorAdjuster adjuster(defaults, {});
+  FactorAdjuster adjuster(kModel, defaults, {});
   adjuster.Adopt(map);
   EXPECT_FALSE(adjuster.BeginLast(map, kFirstSubmap, {}));
   Measure(0.1, 10);
@@ -331,7 +332,7 @@ TEST_F(FactorAdjusterTest, WhoCancelsDoesNotWait) {
   Measure(0.1);
   const auto gate = std::make_shared<GatedCost>(PositionInFrame(kT_FW * ring.truth[0].p(), 0.1));
   map.AddFactor({{{0_kf, Pose()}}, frame, gate, nullptr});
-  FactorAdjuster adjuster({}, {}, 1);
+  FactorAdjuster adjuster(kModel, {}, {}, 1);
   ASSERT_TRUE(adjuster.Begin(map, kFirstSubmap, {}));
   gate->WaitUntilEntered();
   adjuster.Drop();
@@ -351,8 +352,7 @@ TEST_F(FactorAdjusterTest, DoesNotFitAgainWhatTheGraphOfALoopFitted) {
 
   ASSERT_TRUE(adjuster.BeginLast(map, kFirstSubmap, {}));
   ASSERT_TRUE(adjuster.Finish(&map)->accepted);
-  const MeasurementModel model(testing::IdealSensor(), {});
-  const LoopCorrectionResult closed = CorrectLoop({}, {.edge = loop}, model, {}, {}, &map);
+  const LoopCorrectionResult closed = CorrectLoop({}, {.edge = loop}, kModel, {}, {}, &map);
   ASSERT_TRUE(closed.accepted) << closed.message;
   adjuster.Remember(map, closed.by_factors);
   // One additional factor with no information.
@@ -370,14 +370,14 @@ TEST_F(FactorAdjusterTest, DoesNotFitAgainWhatTheGraphOfALoopFitted) {
 TEST_F(FactorAdjusterTest, ALoopIsClosedWithThemAndTheirFrame) {
   Measure(0.1);
   map.factors().Place(frame, kFirstSubmap, *AlignFrame(map, frame, kFirstSubmap, 0.1));
-  const KeyFrameGraph graph = MakeKeyFrameGraph(map, {});
+  const KeyFrameGraph graph = MakeKeyFrameGraph(map, kModel, {});
   EXPECT_EQ(graph.frames.size(), 1u);
   EXPECT_EQ(graph.graph.factors.size(), 51u);  // plus the factor of the frame's tilt
   // A loop is judged by the drift that remains with these factors.
   const LoopEdge loop = ring.Loop(0_kf, ring.last());
   const double with = *LoopChi2(graph, loop);
   map.factors() = {};
-  const double without = *LoopChi2(MakeKeyFrameGraph(map, {}), loop);
+  const double without = *LoopChi2(MakeKeyFrameGraph(map, kModel, {}), loop);
   EXPECT_GT(with, 10.0 * without);
 }
 
@@ -396,7 +396,7 @@ TEST(FactorAdjuster, TwoKilometresWithAFixASecondEndWithoutDrift) {
     }
     return errors;
   };
-  FactorAdjuster adjuster({}, {}, 0);
+  FactorAdjuster adjuster(kModel, {}, {}, 0);
   for (std::size_t i = 0; i < ring.truth.size(); i += 8) {
     const double x = normal(rng), y = normal(rng), z = normal(rng);
     const Eigen::Vector3d p_F = kT_FW * ring.truth[i].p() + Eigen::Vector3d(x, y, 2.0 * z);

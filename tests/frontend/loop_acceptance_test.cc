@@ -13,24 +13,23 @@ namespace {
 using testing::OdometryDrift;
 using testing::RingMap;
 
+const MeasurementModel kModel(testing::IdealSensor(), {});
+
 class LoopAcceptance : public ::testing::Test {
  protected:
   // Works on a copy of the map.
   bool Accepts(const RingMap& ring, const LoopEdge& loop,
                const std::vector<LoopEdge>& before = {}) const {
     Map map = ring.map.Clone();
-    return CorrectLoop(before, {.edge = loop}, model_, {}, {}, &map).accepted;
+    return CorrectLoop(before, {.edge = loop}, kModel, {}, {}, &map).accepted;
   }
   static double Chi2(const RingMap& ring, const LoopEdge& loop) {
-    return *LoopChi2(MakeKeyFrameGraph(ring.map, {}), loop);
+    return *LoopChi2(MakeKeyFrameGraph(ring.map, kModel, {}), loop);
   }
   static LoopEdge Off(LoopEdge loop, const Eigen::Vector3d& metres) {
     loop.Z = loop.Z * Pose(Eigen::Quaterniond::Identity(), metres);
     return loop;
   }
-
- private:
-  const MeasurementModel model_{testing::IdealSensor(), {}};
 };
 
 TEST_F(LoopAcceptance, AcceptsATrueLoopHoweverLongThePathIs) {
@@ -52,9 +51,9 @@ TEST_F(LoopAcceptance, ParallelEdgesKnowNoMoreOfALongPathThanOdometry) {
   RingMap ring(200);
   const LoopEdge off = Off(ring.Loop(KeyFrameId(0), ring.last()), {1.0, 1.0, 1.0});
   const KeyFrameGraphOptions chain{.neighbours = 0}, sides{.neighbours = 3};
-  const KeyFrameGraph graph = MakeKeyFrameGraph(ring.map, {}, sides);
+  const KeyFrameGraph graph = MakeKeyFrameGraph(ring.map, kModel, {}, sides);
   ASSERT_GT(graph.graph.edges.size(), 3u * 199u);
-  const double alone = *LoopChi2(MakeKeyFrameGraph(ring.map, {}, chain), off, chain);
+  const double alone = *LoopChi2(MakeKeyFrameGraph(ring.map, kModel, {}, chain), off, chain);
   // The bias of the motion adds up along a bent path a little less than along a straight one.
   EXPECT_NEAR(*LoopChi2(graph, off, sides), alone, 0.1 * alone);
 }
@@ -65,7 +64,7 @@ TEST_F(LoopAcceptance, AllowsForABiasCommonToAllStepsOfALongPath) {
   int within = 0, unbiased = 0;
   for (unsigned seed = 1; seed <= 10; ++seed) {
     ring.Drift({.seed = seed}, false);
-    const KeyFrameGraph graph = MakeKeyFrameGraph(ring.map, {});
+    const KeyFrameGraph graph = MakeKeyFrameGraph(ring.map, kModel, {});
     const LoopEdge loop = ring.Loop(KeyFrameId(0), ring.last());
     within += *LoopChi2(graph, loop) < kMaxChi2;
     unbiased += *LoopChi2(graph, loop, {.drift_bias = 0.0}) < kMaxChi2;

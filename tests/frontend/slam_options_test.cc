@@ -255,7 +255,7 @@ void Use(const std::string& part, const SlamOptions& options) {
   if (part == "mapper") LocalMapper(model, options.mapper);
   if (part == "inertial") InertialOdometry({}, options.inertial);
   if (part == "loops") LoopCloser(model, options.loops);
-  if (part == "factors") FactorAdjuster(options.factors, options.loops.graph);
+  if (part == "factors") FactorAdjuster(model, options.factors, options.loops.graph);
   if (part == "depth_pattern") {
     DepthDistortionEstimator(sensor.camera, options.depth_pattern, {});
   }

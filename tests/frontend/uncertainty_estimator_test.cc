@@ -109,7 +109,7 @@ TEST(UncertaintyEstimator, AFrameInheritsTheErrorOfItsKeyframe) {
   Covariance of_keyframe = Covariance::Zero();
   of_keyframe(4, 4) = 1e-6;  // about y
   estimator.OfSmoother(0, At({}), of_keyframe);
-  estimator.AddKeyFrame(map, id);
+  estimator.AddKeyFrame(id, &map);
   // Two metres ahead, that is 2 mm to the side.
   const PoseUncertainty frame = estimator.OfSmoother(
       kFrame, At(Pose(Eigen::Quaterniond::Identity(), {0, 0, 2})), 1e-12 * Covariance::Identity());

@@ -66,13 +66,16 @@ class RingMap {
     constexpr int kNew = 25, kViews = 6;  // new landmarks of a keyframe, keyframes that see one
     const RgbdSensor sensor = IdealSensor();
     for (int i = 0; i < kNew; ++i) {
-      points_.push_back(map.Add<MapPoint>(truth.back() * Eigen::Vector3d(0, 0, 3), index).id);
+      const Eigen::Vector3d p_C = UniformInBox(rng, {-1.0, -0.8, 2.5}, {1.0, 0.8, 3.5});
+      points_.push_back(map.Add<MapPoint>(truth.back() * p_C, index).id);
     }
     const std::size_t seen = std::min<std::size_t>(points_.size(), kNew * kViews);
     auto features = std::make_shared<FrameFeatures>();
     for (std::size_t i = 0; i < seen; ++i) {
       PointFeature feature;
       feature.uv = {Uniform(rng, 10.0, 630.0), Uniform(rng, 10.0, 470.0)};
+      feature.depth = 3.0;
+      feature.depth_sigma = sensor.depth_noise.Sigma(feature.depth);
       features->points.push_back(feature);
       AppendDescriptor(features->point_descriptors, RandomDescriptor(rng));
     }

@@ -141,13 +141,14 @@ bool FitsItsNoise(const KeyFrameGraph& graph) {
 class FactorAdjuster::Job {
  public:
   Job(Map map, SubmapId submap, std::span<const LoopEdge> loops, KeyFrameMoves moves,
-      const UserFactorOptions& options, const KeyFrameGraphOptions& graph, int threads,
-      RunProfile* profile)
+      const MeasurementModel& model, const UserFactorOptions& options,
+      const KeyFrameGraphOptions& graph, int threads, RunProfile* profile)
       : map_(std::move(map)),
         submap_(submap),
         numbers_(FactorsOfWorld(map_, submap, {}).numbers),
         loops_(loops.begin(), loops.end()),
         moves_(std::move(moves)),
+        model_(model),
         options_(options),
         graph_(graph),
         solver_threads_(std::max(1, threads)),
@@ -192,7 +193,7 @@ class FactorAdjuster::Job {
       report_.message = "less than two keyframes";
       return;
     }
-    KeyFrameGraph graph = MakeKeyFrameGraph(map_, loops_, graph_, submap_);
+    KeyFrameGraph graph = MakeKeyFrameGraph(map_, model_, loops_, graph_, submap_);
     report_.keyframes = static_cast<int>(graph.keyframes.size());
     report_.factors = static_cast<int>(graph.graph.factors.size());
     report_.excluded = graph.excluded;
@@ -264,6 +265,7 @@ class FactorAdjuster::Job {
   const std::vector<std::size_t> numbers_;
   const std::vector<LoopEdge> loops_;
   KeyFrameMoves moves_;
+  const MeasurementModel model_;  // a copy: T_BC may be re-estimated while this runs
   const UserFactorOptions options_;
   const KeyFrameGraphOptions graph_;
   const int solver_threads_;
@@ -273,9 +275,10 @@ class FactorAdjuster::Job {
   BackgroundTask task_;  // last: it uses all of the above and ends first
 };
 
-FactorAdjuster::FactorAdjuster(const UserFactorOptions& options, const KeyFrameGraphOptions& graph,
-                               int threads, RunProfile* profile)
-    : options_((options.Validate(), options)),
+FactorAdjuster::FactorAdjuster(const MeasurementModel& model, const UserFactorOptions& options,
+                               const KeyFrameGraphOptions& graph, int threads, RunProfile* profile)
+    : model_(model),
+      options_((options.Validate(), options)),
       graph_(graph),
       threads_(threads),
       profile_(profile) {}
@@ -311,8 +314,8 @@ bool FactorAdjuster::BeginLast(const Map& map, SubmapId submap, std::span<const 
 bool FactorAdjuster::Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops) {
   if (!job_.IsEmpty()) return false;
   Inherit(map, &moves_);
-  job_.Put(std::make_unique<Job>(map.Clone(), submap, loops, moves_, options_, graph_, threads_,
-                                 profile_));
+  job_.Put(std::make_unique<Job>(map.Clone(), submap, loops, moves_, model_, options_, graph_,
+                                 threads_, profile_));
   return true;
 }
 

@@ -25,9 +25,9 @@ namespace highwall {
 // the map would gradually follow their noise.
 class FactorAdjuster final : public MapStage {
  public:
-  // threads, profile: as of LoopCloser.
-  FactorAdjuster(const UserFactorOptions& options, const KeyFrameGraphOptions& graph,
-                 int threads = 2, RunProfile* profile = nullptr);
+  // model: must outlive it. threads, profile: as of LoopCloser.
+  FactorAdjuster(const MeasurementModel& model, const UserFactorOptions& options,
+                 const KeyFrameGraphOptions& graph, int threads = 2, RunProfile* profile = nullptr);
   // Cancels work that has not ended.
   ~FactorAdjuster() override;
   FactorAdjuster(const FactorAdjuster&) = delete;
@@ -57,6 +57,7 @@ class FactorAdjuster final : public MapStage {
   void MarkAdjusted(std::span<const std::size_t> numbers);
   bool Start(const Map& map, SubmapId submap, std::span<const LoopEdge> loops);
 
+  const MeasurementModel& model_;
   const UserFactorOptions options_;
   const KeyFrameGraphOptions graph_;
   const int threads_;

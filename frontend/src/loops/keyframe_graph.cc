@@ -16,9 +16,12 @@
 #include <highwall/core/error.h>
 #include <highwall/core/prior.h>
 #include <highwall/core/so3.h>
+#include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/internal/cost_fault.h>
 
 #include "map/anchored_cost.h"
+#include "map/pose_covariance.h"
+#include "map/relative_information.h"
 
 namespace highwall {
 namespace {
@@ -26,15 +29,16 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// Standard deviations per step between two keyframes, in addition to the drift.
+// Standard deviations per step between two keyframes of what no image knows of: errors of the
+// calibration, of depth, of row times, of what moves.
 constexpr double kStepTranslation = 0.005;  // [m]
 constexpr double kStepRotation = 0.003;     // [rad]
 
-Matrix6 Information(double sigma_translation, double sigma_rotation) {
+Matrix6 Covariance(double sigma_translation, double sigma_rotation) {
   Vector6 variances;
   variances << Eigen::Vector3d::Constant(sigma_translation * sigma_translation),
       Eigen::Vector3d::Constant(sigma_rotation * sigma_rotation);
-  return variances.cwiseInverse().asDiagonal();
+  return variances.asDiagonal();
 }
 
 // Nodes i and i + 1 are successive keyframes: what connects them is a step of the motion, also
@@ -43,21 +47,16 @@ PoseGraphEdgeKind KindBetween(std::int64_t i, std::int64_t j) {
   return std::abs(j - i) == 1 ? PoseGraphEdgeKind::kOdometry : PoseGraphEdgeKind::kLoop;
 }
 
-// Returns an edge with the current transform between two nodes: no more accurate than after the
-// steps between them with fully correlated errors, so that parallel edges have no more information
-// on a long path than odometry.
-PoseGraphEdge PresentEdge(const PoseGraph& graph, std::size_t i, std::size_t j,
-                          const KeyFrameGraphOptions& options) {
-  const Pose Z = graph.nodes[i].pose.Inverse() * graph.nodes[j].pose;
-  const auto steps = static_cast<double>(j - i);
-  const std::int64_t from = graph.nodes[i].id, to = graph.nodes[j].id;
-  return {from,
-          to,
-          KindBetween(from, to),
-          Z,
-          Information(steps * kStepTranslation + options.drift_translation * Z.p().norm(),
-                      steps * kStepRotation + options.drift_rotation * Z.Angle()),
-          /*trusted=*/true};
+// Returns the covariance of a loop: that of the landmarks that matched, and of the map between its
+// views, which the options state.
+PoseCovariance CovarianceOf(const LoopEdge& loop, const KeyFrameGraphOptions& options) {
+  return loop.covariance + Covariance(options.loop_translation, options.loop_rotation);
+}
+
+// The inverse, symmetric to the last bit.
+PoseCovariance InformationOf(const PoseCovariance& covariance) {
+  const PoseCovariance inverse = covariance.inverse();
+  return 0.5 * (inverse + inverse.transpose());
 }
 
 // Holds roll and pitch of every node by an edge from a fixed node: its measurement has the sigma
@@ -155,7 +154,8 @@ std::optional<LoopEdge> Carried(const Map& map, const LoopEdge& loop,
   if (match->first == loop.match && keyframe->first == loop.keyframe) return loop;
   if (std::abs(i - j) <= 1) return std::nullopt;
   return LoopEdge{match->first, keyframe->first,
-                  match->second * loop.Z * keyframe->second.Inverse()};
+                  match->second * loop.Z * keyframe->second.Inverse(),
+                  CarriedTo(keyframe->second, loop.covariance)};
 }
 
 // Returns the older keyframe with which a submap shares most landmarks, and the keyframe of the
@@ -184,30 +184,70 @@ std::pair<std::size_t, std::size_t> Seam(const Map& map, std::size_t first,
   return seam;
 }
 
-// Adds edges between node i and older ones. before: the preceding one in its submap; empty: it is
-// the first one.
-void AddPresentEdges(const Map& map, std::size_t i, std::optional<std::size_t> before,
-                     const KeyFrameGraphOptions& options, KeyFrameGraph* result) {
-  PoseGraph& graph = result->graph;
-  const std::size_t first = graph.edges.size();
-  if (before) {
-    graph.edges.push_back(PresentEdge(graph, *before, i, options));
-  } else {
-    const auto [older, newer] = Seam(map, i, *result);
-    graph.edges.push_back(PresentEdge(graph, older, newer, options));
+// The edges that hold the map as it is.
+class PresentEdges {
+ public:
+  PresentEdges(const Map& map, const MeasurementModel& model, const KeyFrameGraphOptions& options,
+               KeyFrameGraph* result)
+      : map_(map), model_(model), options_(options), result_(*result) {}
+
+  // Adds edges between node i and older ones. before: the preceding one in its submap; empty: it
+  // is the first one.
+  void Add(std::size_t i, std::optional<std::size_t> before) {
+    PoseGraph& graph = result_.graph;
+    const std::size_t first = graph.edges.size();
+    if (before) {
+      graph.edges.push_back(Edge(*before, i));
+    } else {
+      const auto [older, newer] = Seam(map_, i, result_);
+      graph.edges.push_back(Edge(older, newer));
+    }
+    for (const auto& [id, shared] : map_.Covisible(result_.keyframes[i], options_.min_shared)) {
+      if (graph.edges.size() - first > static_cast<std::size_t>(options_.neighbours)) break;
+      if (id >= result_.keyframes[i] || (before && id == result_.keyframes[*before])) continue;
+      graph.edges.push_back(Edge(static_cast<std::size_t>(result_.NodeOf(id)), i));
+    }
+    // They depend on the same landmarks: together they have the information of one.
+    const auto count = static_cast<double>(graph.edges.size() - first);
+    for (std::size_t e = first; e < graph.edges.size(); ++e) graph.edges[e].information /= count;
   }
-  for (const auto& [id, shared] : map.Covisible(result->keyframes[i], options.min_shared)) {
-    if (graph.edges.size() - first > static_cast<std::size_t>(options.neighbours)) break;
-    if (id >= result->keyframes[i] || (before && id == result->keyframes[*before])) continue;
-    graph.edges.push_back(
-        PresentEdge(graph, static_cast<std::size_t>(result->NodeOf(id)), i, options));
+
+ private:
+  // Returns an edge with the current transform between two nodes. What images do not know of is no
+  // smaller than after the steps between them with fully correlated errors, so that parallel edges
+  // have no more information on a long path than odometry.
+  PoseGraphEdge Edge(std::size_t i, std::size_t j) const {
+    const PoseGraph& graph = result_.graph;
+    const Pose Z = graph.nodes[i].pose.Inverse() * graph.nodes[j].pose;
+    const auto steps = static_cast<double>(j - i);
+    const std::int64_t from = graph.nodes[i].id, to = graph.nodes[j].id;
+    const Matrix6 covariance =
+        RelativeCovariance(map_, model_, result_.keyframes[i], result_.keyframes[j]) +
+        Covariance(steps * kStepTranslation + options_.drift_translation * Z.p().norm(),
+                   steps * kStepRotation + options_.drift_rotation * Z.Angle());
+    return {from, to, KindBetween(from, to), Z, InformationOf(covariance), /*trusted=*/true};
   }
-  // They depend on the same landmarks: together they have the information of one.
-  const auto count = static_cast<double>(graph.edges.size() - first);
-  for (std::size_t e = first; e < graph.edges.size(); ++e) graph.edges[e].information /= count;
-}
+
+  const Map& map_;
+  const MeasurementModel& model_;
+  const KeyFrameGraphOptions& options_;
+  KeyFrameGraph& result_;
+};
 
 }  // namespace
+
+PoseCovariance RelativeCovariance(const Map& map, const MeasurementModel& model,
+                                  KeyFrameId reference, KeyFrameId keyframe) {
+  const PoseCovariance information = WorthOf(RelativeInformation(map, model, reference, keyframe));
+  const KeyFrame& R = *map.keyframe(reference);
+  const KeyFrame& C = *map.keyframe(keyframe);
+  if (!R.covariance || !C.covariance) return information.inverse();
+  constexpr double kRounding = 1e-12;  // [m^2], [rad^2]: the first keyframe of a map is exact
+  const PoseCovariance apart = C.covariance->cast<double>() +
+                               CarriedTo(C.T_WC.Inverse() * R.T_WC, R.covariance->cast<double>()) +
+                               kRounding * PoseCovariance::Identity();
+  return Better(apart, information);
+}
 
 std::int64_t KeyFrameGraph::NodeOf(KeyFrameId keyframe) const {
   const auto found = std::lower_bound(keyframes.begin(), keyframes.end(), keyframe);
@@ -230,7 +270,7 @@ void KeyFrameGraph::Add(const LoopEdge& loop, const KeyFrameGraphOptions& option
   const std::int64_t match = NodeOf(loop.match), keyframe = NodeOf(loop.keyframe);
   loop_edges.push_back(graph.edges.size());
   graph.edges.push_back({match, keyframe, KindBetween(match, keyframe), loop.Z,
-                         Information(options.loop_translation, options.loop_rotation)});
+                         InformationOf(CovarianceOf(loop, options))});
 }
 
 std::map<ReferenceFrameId, Pose> KeyFrameGraph::FramePoses() const {
@@ -239,7 +279,8 @@ std::map<ReferenceFrameId, Pose> KeyFrameGraph::FramePoses() const {
   return poses;
 }
 
-KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
+KeyFrameGraph MakeKeyFrameGraph(const Map& map, const MeasurementModel& model,
+                                std::span<const LoopEdge> loops,
                                 const KeyFrameGraphOptions& options, SubmapId submap) {
   options.Validate();
   KeyFrameGraph result;
@@ -252,13 +293,12 @@ KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
     graph.nodes.push_back(
         {static_cast<std::int64_t>(i), map.keyframe(result.keyframes[i])->T_WC, i == 0});
   }
+  PresentEdges present(map, model, options, &result);
   std::map<SubmapId, std::size_t> newest;  // latest node of each submap
   for (std::size_t i = 0; i < result.keyframes.size(); ++i) {
     const KeyFrame& keyframe = *map.keyframe(result.keyframes[i]);
     const auto [before, begins] = newest.try_emplace(keyframe.submap, i);
-    if (i > 0)
-      AddPresentEdges(map, i, begins ? std::nullopt : std::optional(before->second), options,
-                      &result);
+    if (i > 0) present.Add(i, begins ? std::nullopt : std::optional(before->second));
     before->second = i;
   }
   for (const LoopEdge& loop : loops) {
@@ -284,7 +324,7 @@ std::optional<double> LoopChi2(KeyFrameGraph graph, const LoopEdge& loop,
   const std::optional<Eigen::MatrixXd> drift = PoseGraphCovariance(graph.graph, ids);
   if (!drift) return std::nullopt;
   const Matrix6 covariance =
-      *drift + Matrix6(Information(options.loop_translation, options.loop_rotation).inverse());
+      *drift + RotatedInformation(CovarianceOf(loop, options), T.R());  // p is in W
   return error.dot(covariance.llt().solve(error));
 }
 

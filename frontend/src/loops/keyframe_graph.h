@@ -12,6 +12,9 @@
 #include <highwall/frontend/loops/options.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/map_report.h>
+#include <highwall/frontend/map/measurement_model.h>
+
+#include "map/pose_covariance.h"
 
 namespace highwall {
 
@@ -39,14 +42,23 @@ struct KeyFrameGraph {
   std::map<ReferenceFrameId, Pose> FramePoses() const;
 };
 
+// Returns the covariance of the pose of a keyframe relative to another one in the map, by what ties
+// them: what both observe (RelativeInformation) or, in directions where it is better, what each
+// knew of its pose in the map around it (KeyFrame::covariance). Along the axes of the camera of
+// `keyframe`. Errors that all images share are not part of it. Throws as RelativeInformation.
+PoseCovariance RelativeCovariance(const Map& map, const MeasurementModel& model,
+                                  KeyFrameId reference, KeyFrameId keyframe);
+
 // Builds the graph of the keyframes of a submap and all that is merged with it, at least two.
 // Odometry edges connect each keyframe of a submap with the next, covisibility edges those it
 // shares most landmarks with, and a submap with the older ones where they share most; all with the
-// current relative poses of the map, sharing the information of one, and trusted. Loop edges are
-// added as measured, transferred to the keyframe that a removed one is anchored to; a loop is left
-// out if it is of another submap, or connects neighbours by then. The user factors (FactorsIn) take
-// part, except for those that cannot be evaluated.
-KeyFrameGraph MakeKeyFrameGraph(const Map& map, std::span<const LoopEdge> loops,
+// current relative poses of the map, sharing the information of one, and trusted. An edge is as
+// uncertain as RelativeCovariance, and by the drift that the options allow. Loop edges are added as
+// measured, transferred to the keyframe that a removed one is anchored to; a loop is left out if it
+// is of another submap, or connects neighbours by then. The user factors (FactorsIn) take part,
+// except for those that cannot be evaluated.
+KeyFrameGraph MakeKeyFrameGraph(const Map& map, const MeasurementModel& model,
+                                std::span<const LoopEdge> loops,
                                 const KeyFrameGraphOptions& options = {},
                                 SubmapId submap = kFirstSubmap);
 

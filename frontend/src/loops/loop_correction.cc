@@ -32,10 +32,11 @@ MapFusion FuseSides(const Loop& loop, const MapMatcher& matcher, Map* map) {
 // Moves keyframes and landmarks to their places in the pose graph with the loop. Returns false if
 // the loop is rejected; message: the reason, or the solver's. by_factors: LoopCorrectionResult.
 bool SolveKeyFrames(std::span<const LoopEdge> old_loops, const Loop& loop,
-                    const KeyFrameGraphOptions& graph_options, const LoopCorrectionOptions& options,
-                    Map* map, int threads, KeyFrameMoves* by_factors, std::string* message) {
-  KeyFrameGraph graph =
-      MakeKeyFrameGraph(*map, old_loops, graph_options, map->keyframe(loop.edge.keyframe)->submap);
+                    const MeasurementModel& model, const KeyFrameGraphOptions& graph_options,
+                    const LoopCorrectionOptions& options, Map* map, int threads,
+                    KeyFrameMoves* by_factors, std::string* message) {
+  KeyFrameGraph graph = MakeKeyFrameGraph(*map, model, old_loops, graph_options,
+                                          map->keyframe(loop.edge.keyframe)->submap);
   const std::optional<double> chi2 = LoopChi2(graph, loop.edge, graph_options);
   if (!chi2) {
     *message = "the drift between its keyframes is not determined";
@@ -89,7 +90,7 @@ LoopCorrectionResult CorrectLoop(std::span<const LoopEdge> old_loops, const Loop
     result.merge = PlanMerge(*map, loop.edge, graph_options, &result.message);
     if (!result.merge) return result;
     Apply(*result.merge, map);
-  } else if (!SolveKeyFrames(old_loops, loop, graph_options, options, map, threads,
+  } else if (!SolveKeyFrames(old_loops, loop, model, graph_options, options, map, threads,
                              &result.by_factors, &result.message)) {
     return result;
   }

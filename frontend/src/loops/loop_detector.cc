@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <utility>
 
+#include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/keyframe_index.h>
 #include <highwall/frontend/pose/pose_solver.h>
 #include <highwall/internal/number_text.h>
 
 #include "loops/submap_merge.h"
 #include "map/covisibility.h"
+#include "map/pose_covariance.h"
 #include "pose/support.h"
 
 namespace highwall {
@@ -45,10 +47,18 @@ std::vector<LandmarkId> Landmarks(const std::vector<std::pair<int, LandmarkId>>&
   return landmarks;
 }
 
-// Refines the pose with all matches and removes outliers. Returns false if the support falls below
-// min_support.
-bool Solve(const MeasurementModel& model, const Map& map, const FrameFeatures& features,
-           int min_support, Relocalization* found) {
+// Returns the covariance of a pose by its matches, with the noise that their residuals show.
+PoseCovariance CovarianceOf(const PoseSolution& pose) {
+  const PoseCovariance information_C =
+      RotatedInformation(pose.information, pose.T_WC.R().transpose());
+  return WorthOf(information_C / std::max(1.0, pose.error)).inverse();
+}
+
+// Refines the pose with all matches and removes outliers. Returns the covariance of the pose; empty
+// if the support falls below min_support.
+std::optional<PoseCovariance> Solve(const MeasurementModel& model, const Map& map,
+                                    const FrameFeatures& features, int min_support,
+                                    Relocalization* found) {
   PerKind<PoseObservations> seen;
   ForEachKind([&]<class Landmark>() {
     std::erase_if(PartOf<Landmark>(found->matches), [&](const auto& match) {
@@ -62,14 +72,14 @@ bool Solve(const MeasurementModel& model, const Map& map, const FrameFeatures& f
   PoseSolverOptions options;
   options.min_support = min_support;
   const auto solution = SolvePose(found->T_WC, model.projection(), seen, options);
-  if (!solution) return false;
+  if (!solution) return std::nullopt;
   found->T_WC = solution->T_WC;
   ForEachKind([&]<class Landmark>() {
     const std::vector<bool>& inliers = PartOf<Landmark>(solution->inliers);
     std::size_t i = 0;
     std::erase_if(PartOf<Landmark>(found->matches), [&](const auto&) { return !inliers[i++]; });
   });
-  return true;
+  return CovarianceOf(*solution);
 }
 
 }  // namespace
@@ -223,7 +233,7 @@ std::optional<Loop> LoopDetector::Verify(const Map& map, KeyFrameId id, KeyFrame
   if (map.RootOf(id) != map.RootOf(candidate)) return std::move(loop);
   const SubmapId submap = map.keyframe(id)->submap;
   const std::optional<double> chi2 =
-      LoopChi2(MakeKeyFrameGraph(map, loops, graph_, submap), loop.edge, graph_);
+      LoopChi2(MakeKeyFrameGraph(map, model_, loops, graph_, submap), loop.edge, graph_);
   if (!chi2) {
     Refuse(loop.edge, "the drift between its keyframes is not determined");
     return std::nullopt;
@@ -253,13 +263,14 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
     visible.insert(visible.end(), own.begin(), own.end());
     matches.insert(matches.end(), more.begin(), more.end());
   });
-  const auto edge = [&] {
-    return LoopEdge{candidate, id, map.keyframe(candidate)->T_WC.Inverse() * found->T_WC};
-  };
-  if (!Solve(model_, map, features, options_.min_support, &*found)) {
-    Refuse(edge(), "support of less than " + std::to_string(options_.min_support));
+  LoopEdge edge{candidate, id, {}};
+  const auto covariance = Solve(model_, map, features, options_.min_support, &*found);
+  edge.Z = map.keyframe(candidate)->T_WC.Inverse() * found->T_WC;
+  if (!covariance) {
+    Refuse(edge, "support of less than " + std::to_string(options_.min_support));
     return std::nullopt;
   }
+  edge.covariance = *covariance;
   const int support = static_cast<int>(SupportOf(found->matches));
   const double own = map.keyframe(id)->found;
   const double share =
@@ -268,11 +279,11 @@ std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFr
                            ? options_.min_found
                            : options_.min_match_ratio_across_submaps;
   if (share < bound) {
-    Refuse(edge(), "share of the landmarks in view that it finds, against its own surroundings, " +
-                       FixedText(share) + ", is below " + FixedText(bound));
+    Refuse(edge, "share of the landmarks in view that it finds, against its own surroundings, " +
+                     FixedText(share) + ", is below " + FixedText(bound));
     return std::nullopt;
   }
-  return Found{{edge(), std::move(found->matches), 0.0}, support, share};
+  return Found{{edge, std::move(found->matches), 0.0}, support, share};
 }
 
 }  // namespace highwall

@@ -71,7 +71,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options, Sla
                profile_),
       mapper_(model_, options.mapper, options.threads > 0, {}, profile_),
       loop_closer_(model_, options.loops, options.threads, kGlobalAdjustment, profile_),
-      factor_adjuster_(options.factors, options.loops.graph, options.threads, profile_),
+      factor_adjuster_(model_, options.factors, options.loops.graph, options.threads, profile_),
       depth_pattern_(sensor.camera, options.depth_pattern, kGlobalAdjustment, options.threads,
                      profile_),
       worker_(mapper_, {&loop_closer_, &factor_adjuster_, &depth_pattern_}),
@@ -445,7 +445,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   last_keyframe_stamp_ = last_visual_ = tracked.frame.stamp;
   const KeyFrame& keyframe = *map_.keyframe(result.mapping->keyframe);
   last_keyframe_ = keyframe.id;
-  uncertainty_.AddKeyFrame(map_, keyframe.id);
+  uncertainty_.AddKeyFrame(keyframe.id, &map_);
   imu_constrained_time_ = weighed_ = 0.0;
   tracked.T_WC = keyframe.T_WC;
   tracked.reference = keyframe.id;

@@ -2,10 +2,7 @@
 
 #include <algorithm>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
-#include <highwall/core/so3.h>
+#include "map/pose_covariance.h"
 
 namespace highwall {
 namespace {
@@ -25,25 +22,6 @@ Covariance PredictionNoise(double dt) {
       Eigen::Vector3d::Constant(kAngularAcceleration);
   sigma *= dt * dt;  // half of it by the mean velocity, half by the one that is predicted
   return sigma.cwiseAbs2().asDiagonal();
-}
-
-// Returns, in each direction, the lower of a covariance and that of the information: the estimate
-// is that of the image where it knows more, and the other does not add to it.
-Covariance Better(const Covariance& covariance, const Covariance& information) {
-  const Covariance L = covariance.llt().matrixL();
-  const Eigen::SelfAdjointEigenSolver<Covariance> eigen(L.transpose() * information * L);
-  const Covariance LV = L * eigen.eigenvectors();
-  return LV * eigen.eigenvalues().cwiseMax(1.0).cwiseInverse().asDiagonal() * LV.transpose();
-}
-
-// Returns the derivative of the tangent of T_WC = T_WK T_KC, along the axes of C, by that of T_WK,
-// along those of K.
-Covariance AdjointOf(const Pose& T_CK) {
-  const Eigen::Matrix3d R_CK = T_CK.R();
-  Covariance J = Covariance::Zero();
-  J.topLeftCorner<3, 3>() = J.bottomRightCorner<3, 3>() = R_CK;
-  J.topRightCorner<3, 3>() = so3::Hat(T_CK.p()) * R_CK;
-  return J;
 }
 
 }  // namespace
@@ -91,14 +69,15 @@ PoseUncertainty UncertaintyEstimator::OfOrigin(Stamp stamp) {
   return {};
 }
 
-void UncertaintyEstimator::AddKeyFrame(const Map& map, KeyFrameId id) {
-  const KeyFrame& keyframe = *map.keyframe(id);
+void UncertaintyEstimator::AddKeyFrame(KeyFrameId id, Map* map) {
+  KeyFrame& keyframe = *map->keyframe(id);
+  keyframe.covariance = of_keyframe_.cast<float>();
   std::optional<Covariance> best;
-  const auto covisible = map.Covisible(id, 1);
+  const auto covisible = map->Covisible(id, 1);
   for (const auto& [other, shared] : covisible) {
     if (2 * shared < covisible.front().second) break;
     const Covariance by_other =
-        InMap(other, map.keyframe(other)->T_WC.Inverse() * keyframe.T_WC, of_keyframe_);
+        InMap(other, map->keyframe(other)->T_WC.Inverse() * keyframe.T_WC, of_keyframe_);
     if (!best || by_other.topLeftCorner<3, 3>().trace() < best->topLeftCorner<3, 3>().trace()) {
       best = by_other;
     }
@@ -110,8 +89,7 @@ Covariance UncertaintyEstimator::InMap(KeyFrameId keyframe, const Pose& T_keyfra
                                        const Covariance& in_keyframe) const {
   const auto of_keyframe = keyframes_.find(keyframe);
   if (of_keyframe == keyframes_.end()) return in_keyframe;
-  const Covariance J = AdjointOf(T_keyframe_C.Inverse());
-  return in_keyframe + J * of_keyframe->second.cast<double>() * J.transpose();
+  return in_keyframe + CarriedTo(T_keyframe_C.Inverse(), of_keyframe->second.cast<double>());
 }
 
 }  // namespace highwall

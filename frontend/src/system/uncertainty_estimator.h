@@ -41,8 +41,8 @@ class UncertaintyEstimator {
   // The frame that begins a map.
   PoseUncertainty OfOrigin(Stamp stamp);
 
-  // Adds the keyframe that was made of the last frame.
-  void AddKeyFrame(const Map& map, KeyFrameId id);
+  // Adds the keyframe that was made of the last frame, and sets its KeyFrame::covariance.
+  void AddKeyFrame(KeyFrameId id, Map* map);
 
  private:
   // Returns the covariance of a pose in the map. in_keyframe: of it relative to this keyframe.

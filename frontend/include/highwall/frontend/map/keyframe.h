@@ -49,6 +49,10 @@ struct KeyFrame : PerKind<LandmarkIds> {
   double found = 0.0;
   std::optional<InertialState> motion;      // with an initialized IMU
   std::optional<ImageMotion> image_motion;  // where it held the pose; not in the file of a map
+  // Covariance [m^2, rad^2] of T_WC relative to the keyframes around it when it was made, by its
+  // image and the IMU: of a translation and a rotation along the axes of C. Not in the file of a
+  // map.
+  std::optional<Eigen::Matrix<float, 6, 6>> covariance;
 };
 
 }  // namespace highwall

@@ -43,6 +43,9 @@ struct LoopEdge {
   KeyFrameId match = kNoId;     // the older one
   KeyFrameId keyframe = kNoId;  // the newer one
   Pose Z;                       // measured T_match_keyframe
+  // Covariance [m^2, rad^2] of Z by the landmarks that matched: of a translation and a rotation
+  // along the axes of the camera of `keyframe`.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
 // Two submaps that were recognized to overlap.
