@@ -94,8 +94,9 @@ class Walk {
 
   double Chi2(const LoopEdge& loop) {
     double chi2 = 0.0;
-    tally_.chi2_seconds += WallSeconds(
-        [&] { chi2 = *LoopChi2(MakeKeyFrameGraph(ring_.map, {}, kOptions), loop, kOptions); });
+    tally_.chi2_seconds += WallSeconds([&] {
+      chi2 = *LoopChi2(MakeKeyFrameGraph(ring_.map, model_, {}, kOptions), loop, kOptions);
+    });
     ++tally_.chi2_calls;
     return chi2;
   }

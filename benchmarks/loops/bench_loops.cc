@@ -16,8 +16,8 @@ namespace highwall::bench {
 namespace {
 
 std::vector<std::string> AllParts() {
-  return {"room",       "mine",       "road",      "kidnapped",    "index",
-          "correction", "acceptance", "endurance", "endurance-imu"};
+  return {"room",       "mine",       "road",  "kidnapped", "index",
+          "correction", "acceptance", "edges", "endurance", "endurance-imu"};
 }
 
 struct Arguments {
@@ -71,6 +71,11 @@ nlohmann::json Run(const Arguments& arguments) {
   for (const char* scene : {"room", "mine", "road"}) {
     if (!wanted.contains(scene)) continue;
     report[scene] = BenchReturns(scene, arguments.seeds, arguments.seconds);
+  }
+  if (wanted.contains("edges")) {
+    for (const char* scene : {"room", "road"}) {
+      report["edges"][scene] = BenchEdges(scene, arguments.seeds);
+    }
   }
   for (const char* part : {"endurance", "endurance-imu"}) {
     if (!wanted.contains(part)) continue;

@@ -33,6 +33,11 @@ nlohmann::json BenchCorrection(int keyframes, int seeds);
 // drift of the path; and how often geometry verifies a different place with similar appearance.
 nlohmann::json BenchAcceptance(const std::vector<int>& sizes, int seeds);
 
+// Measures what the edges of the keyframe graph state about their errors, in walks with a weak
+// stretch: squared errors by the information of the edges, 6 for the right one. scene: room, by
+// images alone; mine or road, with an IMU.
+nlohmann::json BenchEdges(const std::string& scene, int seeds);
+
 // Descriptors of all keyframes, row by row, for queries.
 struct DescriptorSet {
   std::vector<std::shared_ptr<const FrameFeatures>> keyframes;
