@@ -11,6 +11,7 @@
 #include <highwall/core/manifolds.h>
 #include <highwall/core/so3.h>
 #include <highwall/core/testing/jacobian_check.h>
+#include <highwall/factors/imu_factor.h>
 #include <highwall/factors/line_reprojection.h>
 #include <highwall/factors/point_reprojection.h>
 #include <highwall/factors/zero_velocity.h>
@@ -97,6 +98,63 @@ TEST(TimeOffsetFactor, JacobianOfTheOffsetDoesNotNeedThatOfThePose) {
   for (int i = 0; i < 3; ++i) EXPECT_EQ(alone[i], with[i]);
 }
 
+// The readings from 0.3 to 0.7 s, and the blocks of a factor on them, with the poses of images that
+// were taken `late` [s] after the readings at either end.
+struct Interval {
+  static constexpr double kFrom = 0.3, kTo = 0.7;
+
+  explicit Interval(double late_from, double late_to) {
+    std::vector<ImuSample> samples;
+    for (int i = 0; i <= 400; ++i)
+      samples.push_back(motion.SampleAt(FromSeconds(kFrom + i * 1e-3)));
+    factor = std::make_shared<ImuGravityFactor>(ImuPreintegration(samples, ImuBias::Zero()));
+    const auto at = [&](double reading, double late) {
+      const ImuState state = motion.StateAt(reading);
+      const Pose T_WB = motion.StateAt(reading + late).T_WB;
+      blocks.insert(blocks.end(), {ToBlock(T_WB), ToBlock(state.v_WB), Block(6, 0.0)});
+    };
+    at(kFrom, late_from);
+    at(kTo, late_to);
+    blocks.push_back({0.0, 0.0, -1.0});
+  }
+  // The pose of an image moves back to its reading: t_d is 0 where it was taken to be t_d_state.
+  MovingPose Back(double reading, std::size_t block, double t_d_state) const {
+    const Eigen::Vector3d omega_B = motion.SampleAt(FromSeconds(reading)).gyroscope;
+    return {block, -motion.StateAt(reading).v_WB, -omega_B, t_d_state};
+  }
+
+  const SinusoidalMotion motion;
+  std::shared_ptr<const ceres::CostFunction> factor;
+  std::vector<Block> blocks;
+};
+
+TEST(TimeOffsetFactor, ReadingsMeetImagesAtBothEndsWhereTheOffsetIsTheirs) {
+  // Both ends were taken with another offset: 3 ms and 1 ms too early.
+  Interval interval(0.003, 0.001);
+  const TimeOffsetFactor f(interval.factor,
+                           {interval.Back(Interval::kFrom, ImuGravityFactor::kPoseI, -0.003),
+                            interval.Back(Interval::kTo, ImuGravityFactor::kPoseJ, -0.001)});
+  const double before = Residual(*interval.factor, interval.blocks).norm();
+  interval.blocks.push_back({0.0});
+  // The path is a parabola, the velocity a constant: 1/2 a t^2 of 1.8 m/s^2 are 8 um of 2 mm.
+  EXPECT_LT(Residual(f, interval.blocks).norm(), 0.02 * before);
+  interval.blocks.back() = {0.003};
+  EXPECT_GT(Residual(f, interval.blocks).norm(), 0.5 * before);
+}
+
+TEST(TimeOffsetFactor, JacobiansOfReadingsWithTwoMovingPosesMatchCentralDifferences) {
+  const UnitDirectionManifold direction;
+  Interval interval(0.003, -0.002);
+  interval.blocks.push_back({0.004});
+  const TimeOffsetFactor f(interval.factor,
+                           {interval.Back(Interval::kFrom, ImuGravityFactor::kPoseI, -0.003),
+                            interval.Back(Interval::kTo, ImuGravityFactor::kPoseJ, 0.002)});
+  const auto check = testing::CheckJacobians(
+      f, interval.blocks,
+      {&kPoseManifold, nullptr, nullptr, &kPoseManifold, nullptr, nullptr, &direction, nullptr});
+  EXPECT_TRUE(check) << check.message;
+}
+
 TEST(TimeOffsetFactor, LinesFindTheOffsetOfAMovingCamera) {
   // The images are taken t_d later than their stamps, and the poses are known in the IMU's time.
   constexpr double kOffset = 0.01, kPeriod = 1.0 / 30.0;
@@ -141,6 +199,9 @@ TEST(TimeOffsetFactor, RefusesBadArguments) {
   EXPECT_THROW(TimeOffsetFactor(seen, {nan, 0, 0}, zero, 0.0), InvalidArgument);
   EXPECT_THROW(TimeOffsetFactor(seen, zero, {0, nan, 0}, 0.0), InvalidArgument);
   EXPECT_THROW(TimeOffsetFactor(seen, zero, zero, nan), InvalidArgument);
+  EXPECT_THROW(TimeOffsetFactor(seen, {}), InvalidArgument);
+  EXPECT_THROW(TimeOffsetFactor(seen, {MovingPose{.block = 1}}), InvalidArgument);
+  EXPECT_THROW(TimeOffsetFactor(seen, {MovingPose(), MovingPose()}), InvalidArgument);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include <highwall/core/prior.h>
 #include <highwall/core/relative_pose.h>
 #include <highwall/factors/imu_factor.h>
+#include <highwall/factors/time_offset_factor.h>
 
 #include "local/landmark_kinds.h"
 #include "map/anchored_cost.h"
@@ -118,6 +119,7 @@ class BundleAdjuster::Problem {
     const UnitDirection gravity(*gravity_W);
     gravity_ = graph_.AddVariable(gravity);
     graph_.AddFactor(std::make_unique<DirectionPrior>(gravity, kGravitySigma), *gravity_);
+    AddTimeOffset(map, ids);
     for (const KeyFrameId id : ids) {
       const std::optional<InertialState>& motion = map.keyframe(id)->motion;
       if (!motion || motion->previous == kNoId || !poses_.contains(motion->previous)) continue;
@@ -379,16 +381,61 @@ class BundleAdjuster::Problem {
     return bodies_.emplace(id, body).first->second;
   }
 
+  // Adds the offset between the clocks. It was still uncertain when the first readings were taken
+  // at the stamps of keyframes: what they were taken with is not that of later ones.
+  // keyframes: ascending.
+  void AddTimeOffset(const Map& map, std::span<const KeyFrameId> keyframes) {
+    for (const KeyFrameId id : keyframes) {
+      const KeyFrame& oldest = *map.keyframe(id);
+      if (!oldest.motion) continue;
+      if (!(oldest.motion->time_offset_sigma > 0.0)) return;
+      using Offset = Eigen::Matrix<double, 1, 1>;
+      time_offset_ = graph_.AddVariable(TimeOffsetOf(oldest));
+      graph_.AddFactor(
+          std::make_unique<VectorPrior<1>>(Offset(TimeOffsetOf(oldest)),
+                                           Offset(1.0 / oldest.motion->time_offset_sigma)),
+          *time_offset_);
+      return;
+    }
+  }
+
+  static double TimeOffsetOf(const KeyFrame& keyframe) {
+    return ToSeconds(keyframe.motion->stamp - keyframe.frame.stamp);
+  }
+
+  // Returns how the pose of an image moves to that at the reading of its stamp.
+  static MovingPose AtReading(const KeyFrame& keyframe, const ImuSample& reading,
+                              std::size_t block) {
+    const InertialState& motion = *keyframe.motion;
+    return {block, -motion.v_WB, -(reading.gyroscope - motion.bias.head<3>()),
+            TimeOffsetOf(keyframe)};
+  }
+
   void AddMotion(const Map& map, KeyFrameId id, const InertialState& motion) {
     const Body& before = BodyAt(map, motion.previous);
     const Body& after = BodyAt(map, id);
     const ImuBias& bias = map.keyframe(motion.previous)->motion->bias;
     const ImuPreintegration& imu = *motion.from_previous;
-    graph_.AddFactor(std::make_unique<ImuGravityFactor>(
-                         imu.NeedsReintegration(bias) ? imu.Reintegrated(bias) : imu,
-                         kStandardGravity, motion.weight),
-                     poses_.at(motion.previous), before.velocity, before.bias, poses_.at(id),
-                     after.velocity, after.bias, *gravity_);
+    std::shared_ptr<ceres::CostFunction> factor = std::make_shared<ImuGravityFactor>(
+        imu.NeedsReintegration(bias) ? imu.Reintegrated(bias) : imu, kStandardGravity,
+        motion.weight);
+    std::vector<VariableId> variables = {poses_.at(motion.previous),
+                                         before.velocity,
+                                         before.bias,
+                                         poses_.at(id),
+                                         after.velocity,
+                                         after.bias,
+                                         *gravity_};
+    if (time_offset_) {
+      factor = std::make_shared<TimeOffsetFactor>(
+          std::move(factor),
+          std::vector<MovingPose>{
+              AtReading(*map.keyframe(motion.previous), imu.samples().front(),
+                        ImuGravityFactor::kPoseI),
+              AtReading(*map.keyframe(id), imu.samples().back(), ImuGravityFactor::kPoseJ)});
+      variables.push_back(*time_offset_);
+    }
+    graph_.AddFactorToBlocks(std::move(factor), nullptr, variables);
     ++report_.imu_factors;
   }
 
@@ -445,8 +492,9 @@ class BundleAdjuster::Problem {
   std::unordered_map<KeyFrameId, Variable<Pose>> poses_;
   std::unordered_map<KeyFrameId, Body> bodies_;
   std::optional<Variable<UnitDirection>> gravity_;
-  bool finds_gravity_ = false;  // for the map
-  SubmapId world_ = kNoId;      // of gravity and the frames
+  std::optional<Variable<double>> time_offset_;  // [s] where it is not known
+  bool finds_gravity_ = false;                   // for the map
+  SubmapId world_ = kNoId;                       // of gravity and the frames
   std::map<ReferenceFrameId, Variable<Pose>> frames_;
   PerKind<Variables> landmarks_;
   std::vector<std::shared_ptr<const FrameFeatures>> features_;  // keeps the targets of Seen alive

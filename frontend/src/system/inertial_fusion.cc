@@ -167,6 +167,9 @@ std::optional<InertialState> SlamSystem::Impl::MotionSince(const KeyFrame* last)
   motion.v_WB = estimate->state.v_WB;
   motion.bias = estimate->bias;
   motion.bias_sigma = estimate->covariance.diagonal().tail<6>().cwiseSqrt();
+  if (options_.inertial.estimate_time_offset) {
+    motion.time_offset_sigma = inertial_->time_offset_sigma();
+  }
   // The weight of an interval is the mean over its images. If combined as covariances, a single
   // low-weight image would suppress the whole interval.
   motion.weight =

@@ -25,6 +25,8 @@ struct InertialState {
   Eigen::Matrix<double, 6, 1> bias_sigma = Eigen::Matrix<double, 6, 1>::Ones();
   KeyFrameId previous = kNoId;                             // kNoId: no IMU factor to an earlier one
   std::shared_ptr<const ImuPreintegration> from_previous;  // null without `previous`
+  // [s] of the time offset that `stamp` has to the stamp of the image; 0: it is known
+  double time_offset_sigma = 0.0;
   double weight = 1.0;  // of its IMU factor: the mean over the images in between
 };
 
