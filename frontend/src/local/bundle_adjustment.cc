@@ -381,22 +381,21 @@ class BundleAdjuster::Problem {
     return bodies_.emplace(id, body).first->second;
   }
 
-  // Adds the offset between the clocks. It was still uncertain when the first readings were taken
-  // at the stamps of keyframes: what they were taken with is not that of later ones.
+  // Adds the offset between the clocks, of which the newest keyframe knows most. It was still
+  // uncertain when the readings of the first ones were taken at their stamps.
   // keyframes: ascending.
   void AddTimeOffset(const Map& map, std::span<const KeyFrameId> keyframes) {
-    for (const KeyFrameId id : keyframes) {
-      const KeyFrame& oldest = *map.keyframe(id);
-      if (!oldest.motion) continue;
-      if (!(oldest.motion->time_offset_sigma > 0.0)) return;
-      using Offset = Eigen::Matrix<double, 1, 1>;
-      time_offset_ = graph_.AddVariable(TimeOffsetOf(oldest));
-      graph_.AddFactor(
-          std::make_unique<VectorPrior<1>>(Offset(TimeOffsetOf(oldest)),
-                                           Offset(1.0 / oldest.motion->time_offset_sigma)),
-          *time_offset_);
-      return;
-    }
+    const auto has_motion = [&](KeyFrameId id) { return map.keyframe(id)->motion.has_value(); };
+    const auto newest = std::find_if(keyframes.rbegin(), keyframes.rend(), has_motion);
+    if (newest == keyframes.rend()) return;
+    const KeyFrame& keyframe = *map.keyframe(*newest);
+    const double sigma = keyframe.motion->time_offset_sigma;
+    if (!(sigma > 0.0)) return;
+    using Offset = Eigen::Matrix<double, 1, 1>;
+    const double offset = TimeOffsetOf(keyframe);
+    time_offset_ = graph_.AddVariable(offset);
+    graph_.AddFactor(std::make_unique<VectorPrior<1>>(Offset(offset), Offset(1.0 / sigma)),
+                     *time_offset_);
   }
 
   static double TimeOffsetOf(const KeyFrame& keyframe) {
