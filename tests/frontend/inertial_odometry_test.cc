@@ -418,6 +418,25 @@ TEST(InertialOdometry, GivesUpAnImuThatContradictsTheImages) {
   }
 }
 
+// The sign is not tested here: the judgement of the readings is earlier.
+TEST(InertialOdometry, AnImuThatIsContradictedFromTheBeginningIsAFindingBeforeItIsGivenUp) {
+  for (const double factor : {1.2, 1.0}) {
+    Drive drive;
+    drive.change = [factor](ImuSample& reading) {
+      reading.accelerometer *= factor;
+      return true;
+    };
+    drive.Until(5.0);
+    EXPECT_NE(drive.odometry.status(), InertialStatus::kGivenUp) << factor;
+    std::vector<SensorFault> faults;
+    for (const InertialReport& report : drive.reports) {
+      if (report.finding) faults.push_back(report.finding->fault);
+    }
+    const std::vector<SensorFault> one{SensorFault::kImuScale};
+    EXPECT_EQ(faults, factor == 1.0 ? std::vector<SensorFault>() : one) << factor;
+  }
+}
+
 // Image poses that accelerate upwards by 0.7 m/s^2 yield a gravity of 9.1 m/s^2, although the mean
 // reading is some 9.9.
 TEST(InertialOdometry, PoorPosesDoNotEndTheUseOfReadingsThatAreRight) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <highwall/core/sqrt_information.h>
 #include <highwall/factors/imu_factor.h>
@@ -236,12 +237,16 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
   last_attempt_ = observation.image;
   if (report.reason.empty()) report.reason = Explain(solution);
   reason_ = report.reason;
+  // Readings that are consistent by themselves are no reason to give up the IMU.
+  const bool wrong_readings = solution.status == InitializationStatus::kWrongGravity &&
+                              !IsNearGravity(solution.reading_norm);
+  const bool contradiction =
+      solution.status == InitializationStatus::kInconsistent || wrong_readings;
+  const bool reversed = report.reason == AccelerometerReversed().text;
+  if (auto finding = start_.Update(solution, contradiction, reversed)) {
+    report.finding = std::move(finding);
+  }
   if (solution.status != InitializationStatus::kReady) {
-    // Readings that are consistent by themselves are no reason to give up the IMU.
-    const bool wrong_readings = solution.status == InitializationStatus::kWrongGravity &&
-                                !IsNearGravity(solution.reading_norm);
-    const bool contradiction =
-        solution.status == InitializationStatus::kInconsistent || wrong_readings;
     if (contradiction && ++attempts_ >= options_.max_attempts) status_ = InertialStatus::kGivenUp;
     attempts_ = std::min(attempts_, options_.max_attempts);
     return;

@@ -15,6 +15,7 @@
 #include "inertial/imu_weighting.h"
 #include "inertial/inertial_initializer.h"
 #include "inertial/inertial_window.h"
+#include "inertial/start_check.h"
 #include "inertial/tight_coupling.h"
 #include "inertial/visual_rest.h"
 
@@ -110,6 +111,7 @@ class InertialOdometry::Impl {
   ImuAgreement agreement_ = ImuAgreement::kUndecided;     // the last that was decided
   std::optional<Stamp> used_since_, contradicted_since_;  // at judgements, without a break
   ClockCheck clock_;
+  StartCheck start_;
   int attempts_ = 0;
   std::optional<Stamp> last_attempt_;
   std::optional<StampedPose> last_visual_;  // T_WC of the last image with a pose, image stamp

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -15,6 +14,7 @@
 #include "sensor/images_scale.h"
 #include "sensor/imu_alignment.h"
 #include "sensor/imu_axes.h"
+#include "sensor/imu_readings.h"
 #include "sensor/turned_mount.h"
 
 namespace highwall {
@@ -58,16 +58,6 @@ constexpr double kSignificantMount = 25.0, kSignificantMountOfEach = 5.0;
 constexpr double kMuchTurn = 0.01, kUnexplained = 0.5;
 constexpr double kLongEnough = 3.0;  // [s] of motion from which the simplest explanation is named
 
-// What the readings are taken for.
-struct Reading {
-  Matrix3 gyroscope, accelerometer;  // to C's axes
-  Vector3 lever_arm;                 // R_CB p_BC [m]
-  double lever_sigma = 0.03;         // [m]
-  bool far_clock = false;            // the offset of the clocks is searched
-  SensorFault fault = SensorFault::kImuInconsistent;
-  std::string text{}, remedy{};
-};
-
 double Share(double excess, double signal) {
   return excess / std::max(signal, 1e-12);
 }
@@ -76,15 +66,15 @@ double Share(double excess, double signal) {
 class Judge {
  public:
   Judge(const ImuAlignment& alignment, const ImuCalibration& calibration, double strictness = 1.0)
-      : alignment_(alignment), calibration_(calibration), strictness_(strictness) {
-    configured_.gyroscope = configured_.accelerometer = R_CB();
-    configured_.lever_arm = R_CB() * calibration.T_BC.p();
-  }
+      : alignment_(alignment),
+        calibration_(calibration),
+        strictness_(strictness),
+        configured_(ConfiguredReading(calibration.T_BC)) {}
 
   ImuJudgement Run() {
     FitGyroscope();
     if (near_.front().fit.size() < kFewest) return {};
-    const std::optional<Reading> mount = SlightlyTurnedMount();
+    const std::optional<ImuReading> mount = SlightlyTurnedMount();
     const bool clock = IsPaceContradicted() || (IsClockContradicted() && !IsBetterThanClock(mount)),
                gyroscope = !clock && IsGyroscopeContradicted();
     const bool accelerometer = !gyroscope && !clock && IsAccelerometerContradicted();
@@ -191,7 +181,7 @@ class Judge {
   }
 
   // In slow motion a clock that is far off imitates a turned mount.
-  bool IsBetterThanClock(const std::optional<Reading>& mount) const {
+  bool IsBetterThanClock(const std::optional<ImuReading>& mount) const {
     return mount && Mean(Best(mount->gyroscope, near_), mount->gyroscope) <
                         Mean(Best(configured_.gyroscope, far_), configured_.gyroscope);
   }
@@ -240,7 +230,7 @@ class Judge {
 
   // Whether a reading of the accelerometer fits much worse than a free one: in `wrong` of what that
   // explains.
-  bool IsWorse(const Reading& reading, const ClockRelation& clock, double wrong) {
+  bool IsWorse(const ImuReading& reading, const ClockRelation& clock, double wrong) {
     const AccelerometerFit& fit = Acceleration(clock);
     if (fit.size() < kFewest) return false;
     const double free = fit.FreeSquared();
@@ -260,7 +250,7 @@ class Judge {
     if (!IsWorse(configured_, clock, kWrong)) return false;
     // A wrong scale is one of the depth, unless gravity tells (InertialInitializer).
     for (const double scale : ScalesOfImages()) {
-      Reading scaled = configured_;
+      ImuReading scaled = configured_;
       scaled.accelerometer *= scale;
       scaled.lever_arm *= scale;
       if (!IsWorse(scaled, clock, kRight)) return false;
@@ -293,8 +283,8 @@ class Judge {
     return false;
   }
 
-  bool Explains(const Reading& reading) {
-    const Clocked& best = Best(reading.gyroscope, reading.far_clock ? far_ : near_);
+  bool Explains(const ImuReading& reading) {
+    const Clocked& best = Best(reading.gyroscope, near_);
     const double excess = Excess(best, reading.gyroscope);
     if (excess > 0.25 * kSignificant * free_->fit.Variance() &&
         Share(excess, ExplainedByFree()) > kRight * kRight) {
@@ -303,15 +293,13 @@ class Judge {
     return !IsWorse(reading, best.clock, kRight);
   }
 
-  std::vector<Reading> SimpleReadings() const;
-  std::optional<Reading> UnitOfLeverArm();
+  std::optional<ImuReading> UnitOfLeverArm();
   std::optional<SensorFinding> ScaleFinding();
-  Reading Turned(const Matrix3& R_CB) const;
-  std::optional<Reading> SlightlyTurnedMount();
-  std::vector<Reading> TurnedReadings();
-  Reading FreeLeverArm();
+  std::optional<ImuReading> SlightlyTurnedMount();
+  std::vector<ImuReading> TurnedReadings();
+  ImuReading FreeLeverArm();
   ImuJudgement Explain(bool clock);
-  static ImuJudgement Named(const Reading& reading) {
+  static ImuJudgement Named(const ImuReading& reading) {
     return {.agreement = ImuAgreement::kContradicted,
             .finding = SensorFinding{reading.fault, Trust::kDoubtful, reading.text,
                                      reading.remedy + "; the images are used alone"},
@@ -333,77 +321,33 @@ class Judge {
   const ImuAlignment& alignment_;
   const ImuCalibration& calibration_;
   double strictness_;  // > 0; factor of all squared limits of a contradiction
-  Reading configured_;
+  ImuReading configured_;
   std::vector<Clocked> near_, far_;
   const Clocked* free_ = nullptr;
   double rate_ = 1.0;
   std::vector<std::pair<ClockRelation, AccelerometerFit>> accelerations_;
 };
 
-std::vector<Reading> Judge::SimpleReadings() const {
-  std::vector<Reading> all;
-  const auto add = [&](SensorFault fault, double gyroscope, double accelerometer, std::string text,
-                       std::string remedy) {
-    Reading reading = configured_;
-    reading.gyroscope *= gyroscope;
-    reading.accelerometer *= accelerometer;
-    reading.fault = fault;
-    reading.text = std::move(text);
-    reading.remedy = std::move(remedy);
-    all.push_back(std::move(reading));
-  };
-  constexpr double kDegree = std::numbers::pi / 180.0;
-  add(SensorFault::kImuScale, kDegree, 1.0,
-      "gyroscope and images agree if the readings are in deg/s", "multiply them by 0.0174533");
-  add(SensorFault::kImuScale, 1.0 / kDegree, 1.0,
-      "gyroscope and images agree if the readings were multiplied by pi / 180 once too often",
-      "multiply them by 57.2958");
-  for (const auto& [factor, text] : {std::pair{0.5, "half"}, std::pair{2.0, "twice"}}) {
-    add(SensorFault::kImuScale, factor, 1.0,
-        std::string("gyroscope and images agree if the gyroscope turns ") + text +
-            " as fast as it reads: it is set to another range than its driver assumes",
-        std::string("multiply its readings by ") + (factor < 1.0 ? "0.5" : "2"));
-  }
-  add(SensorFault::kImuSign, -1.0, 1.0,
-      "gyroscope and images agree if the sign of the gyroscope is reversed", "multiply it by -1");
-  add(SensorFault::kImuSign, 1.0, -1.0,
-      "accelerometer and images agree if the sign of the accelerometer is reversed (at rest it "
-      "must point up)",
-      "multiply it by -1");
-  add(SensorFault::kImuSign, -1.0, -1.0,
-      "IMU and images agree if the signs of all readings are reversed", "multiply them by -1");
-  add(SensorFault::kImuMount, 1.0, 1.0,
-      "IMU and images agree if T_BC is inverted: it is likely given as T_CB",
-      "invert T_BC in calibration.yaml");
-  all.back().gyroscope = all.back().accelerometer = R_CB().transpose();
-  all.back().lever_arm = -calibration_.T_BC.p();
-  for (const auto& [scale, unit] : {std::pair{0.01, "cm"}, std::pair{0.001, "mm"}}) {
-    add(SensorFault::kImuLeverArm, 1.0, 1.0,
-        std::string("accelerometer and images agree if the translation of T_BC is in ") + unit,
-        "give it in m");
-    all.back().lever_arm *= scale;
-  }
-  return all;
-}
-
-// Of a camera metres away from its IMU: the reading in cm or mm if that fits better than the
-// configuration does, with any scale of the depth.
-std::optional<Reading> Judge::UnitOfLeverArm() {
+// Of a camera metres away from its IMU: the reading in cm or mm if that fits significantly better
+// than the configuration does, and than any scale of the depth, which explains part of it.
+std::optional<ImuReading> Judge::UnitOfLeverArm() {
   constexpr double kLeastError = 0.05;  // [m/s^2]
   if (configured_.lever_arm.norm() <= kLongArm) return std::nullopt;
   const AccelerometerFit& fit = Acceleration(Best(configured_.gyroscope, near_).clock);
   if (fit.size() < kFewest) return std::nullopt;
-  double configured = std::numeric_limits<double>::infinity();
+  double least = std::numeric_limits<double>::infinity();
   for (const double scale : ScalesOfImages()) {
     const Matrix3 A = scale * configured_.accelerometer;
-    configured = std::min({configured, fit.Squared(A, configured_.lever_arm),
-                           fit.Squared(A, scale * configured_.lever_arm)});
+    least = std::min({least, fit.Squared(A, configured_.lever_arm),
+                      fit.Squared(A, scale * configured_.lever_arm)});
   }
-  std::optional<Reading> best;
-  double least = configured - strictness_ * kSignificantOffset * fit.Variance();
+  const double variances = fit.size() >= 2 * kFewest ? kSignificantLongOffset : kSignificantOffset;
   const double error = kLeastError * fit.mean_weight();
-  least = std::min(least, configured - strictness_ * error * error * fit.size());
-  for (Reading& reading : SimpleReadings()) {
+  const double gain = std::max(variances * fit.Variance(), error * error * fit.size());
+  least = std::min(
+      least, fit.Squared(configured_.accelerometer, configured_.lever_arm) - strictness_ * gain);
+  std::optional<ImuReading> best;
+  for (ImuReading& reading : SimpleReadings(calibration_.T_BC)) {
     if (reading.fault != SensorFault::kImuLeverArm) continue;
     const double squared = fit.Squared(reading.accelerometer, reading.lever_arm);
     if (squared >= least) continue;
@@ -436,8 +380,8 @@ std::optional<SensorFinding> Judge::ScaleFinding() {
                            " in calibration.yaml; the images are used alone"};
 }
 
-Reading Judge::FreeLeverArm() {
-  Reading reading = configured_;
+ImuReading Judge::FreeLeverArm() {
+  ImuReading reading = configured_;
   reading.fault = SensorFault::kImuLeverArm;
   reading.lever_arm = Acceleration(Best(R_CB(), near_).clock).LeverArm(configured_.accelerometer);
   const Vector3 p_BC = calibration_.T_BC.R() * reading.lever_arm;
@@ -451,21 +395,9 @@ Reading Judge::FreeLeverArm() {
   return reading;
 }
 
-// A T_BC that is wrong in rotation leaves open which lever arm was meant.
-Reading Judge::Turned(const Matrix3& R_CB) const {
-  Reading turned = configured_;
-  turned.gyroscope = turned.accelerometer = R_CB;
-  turned.lever_sigma = 0.3;
-  turned.fault = SensorFault::kImuMount;
-  turned.text = "IMU and images agree if the rotation of T_BC is about " +
-                MatrixText(turned.gyroscope.transpose());
-  turned.remedy = "correct T_BC in calibration.yaml";
-  return turned;
-}
-
 // Too little for the limits of a contradiction, whose free fit may explain errors of the images: a
 // rotation explains both sensors.
-std::optional<Reading> Judge::SlightlyTurnedMount() {
+std::optional<ImuReading> Judge::SlightlyTurnedMount() {
   if (!IsFreeGood()) return std::nullopt;
   std::vector<GyroscopeFit> fits;
   for (const Clocked& clocked : near_) fits.push_back(clocked.fit);
@@ -482,18 +414,18 @@ std::optional<Reading> Judge::SlightlyTurnedMount() {
       Share(Excess(best, turned->R_CB), ExplainedByFree()) > kRight * kRight) {
     return std::nullopt;
   }
-  return Turned(turned->R_CB);
+  return TurnedReading(calibration_.T_BC, turned->R_CB);
 }
 
-std::vector<Reading> Judge::TurnedReadings() {
-  std::vector<Reading> all;
-  all.push_back(Turned(free_->fit.Rotation()));
+std::vector<ImuReading> Judge::TurnedReadings() {
+  std::vector<ImuReading> all;
+  all.push_back(TurnedReading(calibration_.T_BC, free_->fit.Rotation()));
   const std::vector<Matrix3> permutations = SignedPermutations();
   for (int sensors = 0; sensors < 3; ++sensors) {  // both, gyroscope, accelerometer
     const char* const name[] = {"IMU", "gyroscope", "accelerometer"};
-    std::vector<std::pair<double, Reading>> some;
+    std::vector<std::pair<double, ImuReading>> some;
     for (const Matrix3& P : permutations) {
-      Reading reading = configured_;
+      ImuReading reading = configured_;
       if (sensors != 2) reading.gyroscope *= P;
       if (sensors != 1) reading.accelerometer *= P;
       if (sensors == 0) reading.lever_sigma = 0.3;
@@ -538,22 +470,22 @@ ImuJudgement Judge::Explain(bool clock) {
     return judgement;
   }
   const bool is_long = alignment_.duration() >= kLongEnough;
-  std::vector<Reading> explaining;
-  for (std::vector<Reading> readings :
-       {SimpleReadings(), std::vector{FreeLeverArm()}, TurnedReadings()}) {
-    for (Reading& reading : readings) {
+  std::vector<ImuReading> explaining;
+  for (std::vector<ImuReading> readings :
+       {SimpleReadings(calibration_.T_BC), std::vector{FreeLeverArm()}, TurnedReadings()}) {
+    for (ImuReading& reading : readings) {
       if (Explains(reading)) explaining.push_back(std::move(reading));
     }
     if (!explaining.empty()) break;
   }
   if (explaining.empty() && IsRateContradicted()) return Explain(true);
   const bool is_unique = std::ranges::all_of(
-      explaining, [&](const Reading& r) { return r.fault == explaining.front().fault; });
+      explaining, [&](const ImuReading& r) { return r.fault == explaining.front().fault; });
   if (!explaining.empty() && explaining.front().fault == SensorFault::kImuLeverArm) {
     // A unit explains it only if it does as well as any lever arm.
-    Reading any = FreeLeverArm();
+    ImuReading any = FreeLeverArm();
     const AccelerometerFit& fit = Acceleration(Best(R_CB(), near_).clock);
-    const auto squared = [&](const Reading& r) {
+    const auto squared = [&](const ImuReading& r) {
       return fit.Squared(r.accelerometer, r.lever_arm);
     };
     if (squared(explaining.front()) - squared(any) > kSignificantOffset * fit.Variance()) {
