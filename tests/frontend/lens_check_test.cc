@@ -291,6 +291,48 @@ TEST(LensCheck, BelievesTheStatedLensWhereTheEstimateIsOfNoLens) {
   EXPECT_TRUE(CompareLens(camera, estimate));
 }
 
+// As with the coefficients of a fisheye lens, taken for radial and tangential ones: the focal
+// lengths are those of no lens, and corners are 6 % too far inside.
+TEST(CompareLens, FindsAClearDistortionOfAnEstimateThatIsOfNoLens) {
+  const PinholeCamera camera = IdealSensor().camera;
+  LensEstimate estimate{.sigma = Eigen::Vector4d::Constant(0.015 * camera.fx), .keyframes = 18};
+  estimate.intrinsics << 1.08 * camera.fx, 0.93 * camera.fy, camera.cx, camera.cy;
+  estimate.growth << 0.02, 0.008, 0.0, 0.0;
+  EXPECT_FALSE(CompareLens(camera, estimate));
+  estimate.distortion = {.k1 = -0.1, .sigma = 0.004, .growth = 0.4};
+  const auto finding = CompareLens(camera, estimate);
+  ASSERT_TRUE(finding);
+  EXPECT_NE(finding->text.find("distortion"), std::string::npos) << finding->text;
+  estimate.distortion.growth = 0.01;
+  EXPECT_FALSE(CompareLens(camera, estimate));
+}
+
+TEST(CheckUnusualCentre, DoubtsACentreFarFromTheMiddleUnlessTheImagesConfirmIt) {
+  PinholeCamera camera = IdealSensor().camera;
+  EXPECT_FALSE(CheckUnusualCentre(camera, std::nullopt));
+  const double middle = 0.5 * (camera.height - 1.0);
+  camera.cy = middle + 0.14 * camera.height;
+  EXPECT_FALSE(CheckUnusualCentre(camera, std::nullopt));
+  camera.cy = middle + 0.2 * camera.height;
+  const auto finding = CheckUnusualCentre(camera, std::nullopt);
+  ASSERT_TRUE(finding);
+  EXPECT_EQ(finding->fault, SensorFault::kLens);
+  EXPECT_EQ(finding->trust, Trust::kDoubtful);
+  EXPECT_NE(finding->text.find("cy is 20 %"), std::string::npos) << finding->text;
+  LensEstimate estimate{.intrinsics = {camera.fx, camera.fy, camera.cx, camera.cy}};
+  estimate.sigma.setConstant(0.05 * camera.height);
+  EXPECT_FALSE(CheckUnusualCentre(camera, estimate));
+  // Too uncertain, and nearer to the middle.
+  estimate.sigma.setConstant(0.1 * camera.height);
+  EXPECT_TRUE(CheckUnusualCentre(camera, estimate));
+  estimate.sigma.setConstant(0.01 * camera.height);
+  estimate.intrinsics[3] = middle + 0.08 * camera.height;
+  EXPECT_TRUE(CheckUnusualCentre(camera, estimate));
+  // Of an image whose size is unknown.
+  camera.width = camera.height = 0;
+  EXPECT_FALSE(CheckUnusualCentre(camera, std::nullopt));
+}
+
 TEST(CheckFarCentre, NeedsLessEvidenceThatACentreFarFromTheMiddleIsNearIt) {
   PinholeCamera camera = IdealSensor().camera;
   const double middle = 0.5 * (camera.width - 1.0);

@@ -30,7 +30,7 @@ constexpr int kManyKeyframes = 20;  // with fewer, twice as much: they may all l
 constexpr double kDistortionTolerance = 0.02;
 // A principal point this far from the middle of the image, of its side, is rare (cropped images
 // have it): then less evidence suffices if the middle explains the images better.
-constexpr double kFarCentre = 0.07, kSignificantCentre = 2.5, kLeastGrowthOfCentre = 0.0015;
+constexpr double kFarCentre = 0.07, kSignificantCentre = 2.5;
 constexpr LensSigmas kMostSigmas{.focal = 0.05, .centre = 0.025};
 constexpr double kFarOffLens = 0.1;  // relative: poses are not to be trusted
 
@@ -171,8 +171,14 @@ LensEstimate Constrained(LensEstimate estimate, const PinholeCamera& camera,
 
 std::optional<SensorFinding> CompareLens(const PinholeCamera& camera,
                                          const LensEstimate& estimate) {
-  const std::vector<Deviation> deviations = DeviationsOf(camera, estimate);
-  if (deviations.empty() || IsOfNoLens(camera, estimate)) return std::nullopt;
+  std::vector<Deviation> deviations = DeviationsOf(camera, estimate);
+  // Coefficients of another model shift the focal lengths as no lens does, and show by themselves.
+  if (IsOfNoLens(camera, estimate)) {
+    std::erase_if(deviations, [](const Deviation& deviation) {
+      return deviation.part != LensPart::kDistortion || deviation.growth < kClearGrowth;
+    });
+  }
+  if (deviations.empty()) return std::nullopt;
   const Deviation& clearest = *std::ranges::max_element(deviations, {}, &Deviation::growth);
   const double worst = std::ranges::max_element(deviations, {}, &Deviation::relative)->relative;
   return SensorFinding{SensorFault::kLens,
@@ -185,18 +191,43 @@ std::optional<SensorFinding> CompareLens(const PinholeCamera& camera,
 }
 
 std::optional<SensorFinding> CheckFarCentre(const PinholeCamera& camera,
-                                            const LensEstimate& estimate) {
+                                            const LensEstimate& estimate, double least_growth) {
   const auto is_doubtful = [&](int i) {
     const double side = i == 0 ? camera.width : camera.height, middle = 0.5 * (side - 1.0);
     const double stated = i == 0 ? camera.cx : camera.cy, estimated = estimate.intrinsics[2 + i];
     return std::abs(stated - middle) > kFarCentre * side &&
            std::abs(estimated - middle) < std::abs(estimated - stated) &&
            std::abs(estimated - stated) > kSignificantCentre * estimate.sigma[2 + i] &&
-           estimate.growth[2 + i] > kLeastGrowthOfCentre;
+           estimate.growth[2 + i] > least_growth;
   };
   if (!is_doubtful(0) && !is_doubtful(1)) return std::nullopt;
   return SensorFinding{SensorFault::kLens, Trust::kDoubtful,
                        TextOf(LensPart::kCentre, camera, estimate), kLensRemedy};
+}
+
+std::optional<SensorFinding> CheckUnusualCentre(const PinholeCamera& camera,
+                                                const std::optional<LensEstimate>& estimate) {
+  // Of the image's side. Lenses have up to 0.05, rectified stereo images up to 0.1.
+  constexpr double kUnusual = 0.15;
+  for (int i = 0; i < 2; ++i) {
+    const double side = i == 0 ? camera.width : camera.height, middle = 0.5 * (side - 1.0);
+    const double stated = i == 0 ? camera.cx : camera.cy, off = std::abs(stated - middle) / side;
+    if (side < 1.0 || off < kUnusual) continue;  // no size is known
+    if (estimate) {
+      const double estimated = estimate->intrinsics[2 + i];
+      const bool is_confirmed =
+          std::abs(estimated - stated) < std::abs(estimated - middle) &&
+          std::abs(estimated - middle) > kSignificantCentre * estimate->sigma[2 + i];
+      if (is_confirmed) continue;
+    }
+    return SensorFinding{SensorFault::kLens, Trust::kDoubtful,
+                         std::string(i == 0 ? "cx is " : "cy is ") + FixedText(100.0 * off, 0) +
+                             " % of the image's " + (i == 0 ? "width" : "height") +
+                             " from its middle, which only cropped images have, and the images do "
+                             "not confirm it",
+                         kLensRemedy};
+  }
+  return std::nullopt;
 }
 
 std::optional<SensorFinding> CheckExchangedCentre(const PinholeCamera& camera) {

@@ -23,15 +23,22 @@ LensEstimate Constrained(LensEstimate estimate, const PinholeCamera& camera,
 
 // Returns a finding if the lens of the model differs from the estimate significantly, by more than
 // calibrations of one camera do, and if the images show the difference (docs/misconfiguration.md,
-// Lens). None if the estimate is of no lens: one focal length longer and the
-// other shorter than stated, and pixels less square. The text is about the value whose deviation
-// the images show most.
+// Lens). If the estimate is of no lens, one focal length longer and the other shorter than stated
+// and pixels less square, only a clear distortion is a finding. The text is about the value whose
+// deviation the images show most.
 std::optional<SensorFinding> CompareLens(const PinholeCamera& camera, const LensEstimate& estimate);
 
 // Returns a finding if the principal point is stated far from the middle of the image, where it
-// hardly ever is, and the estimate is significantly nearer to the middle.
+// hardly ever is, and the estimate is significantly nearer to the middle. least_growth: of the
+// squared residuals with the stated value, relative.
 std::optional<SensorFinding> CheckFarCentre(const PinholeCamera& camera,
-                                            const LensEstimate& estimate);
+                                            const LensEstimate& estimate,
+                                            double least_growth = 0.0015);
+
+// Returns a finding if the principal point is stated 15 % of a side or more from the middle of the
+// image, which only cropped images have, unless the estimate confirms it.
+std::optional<SensorFinding> CheckUnusualCentre(const PinholeCamera& camera,
+                                                const std::optional<LensEstimate>& estimate);
 
 // Returns a finding if cx and cy are exchanged: as stated they are far from the middle of the image
 // in both directions, and the other way round they are near it. Without images.

@@ -29,6 +29,9 @@ constexpr std::size_t kLeastMatches = 40;  // with depth in both images
 // Standard deviations, relative to the focal length, beyond which an estimate is left out: a camera
 // on a vehicle hardly rolls or pitches, so that little errors of depth shift the principal point.
 constexpr double kFocalSigma = 0.025, kCentreSigma = 0.01;
+// Relative growth of the squared residuals with a principal point that is far from the middle; with
+// the right one it was up to 0.0035.
+constexpr double kGrowthOfCentre = 0.015;
 
 struct PairedPoints {
   std::shared_ptr<const FrameFeatures> first, second;
@@ -91,9 +94,10 @@ void AddPair(const PairedPoints& pair, const MeasurementModel& model, LensViews*
   views->T_CW.push_back(Pose::FromMatrix(Eigen::umeyama(first, second, false)));
 }
 
-// Returns what eight pairs of images contradict.
+// Returns what eight pairs of images contradict. estimate: output, if they give one.
 std::optional<SensorFinding> TestPairs(const Dataset& dataset, const RgbdSensor& sensor,
-                                       std::size_t begin, std::size_t end) {
+                                       std::size_t begin, std::size_t end,
+                                       std::optional<LensEstimate>* estimate) {
   end = std::min(end, dataset.size());
   if (end < begin + kLeastFrames) return std::nullopt;
   const std::size_t frames = end - begin;
@@ -117,18 +121,22 @@ std::optional<SensorFinding> TestPairs(const Dataset& dataset, const RgbdSensor&
   if (views.held.size() < kLeastPairs) return std::nullopt;
   // Wrong depth contradicts any lens.
   if (auto misread = motion.Misread()) return misread;
-  const std::optional<LensEstimate> estimate = EstimateLens(std::move(views), model);
-  if (!estimate) return std::nullopt;
-  return CompareLens(model.camera(),
-                     Constrained(*estimate, model.camera(), {kFocalSigma, kCentreSigma}));
+  *estimate = EstimateLens(std::move(views), model);
+  if (!*estimate) return std::nullopt;
+  const LensEstimate constrained =
+      Constrained(**estimate, model.camera(), {kFocalSigma, kCentreSigma});
+  if (auto finding = CompareLens(model.camera(), constrained)) return finding;
+  return CheckFarCentre(model.camera(), **estimate, kGrowthOfCentre);
 }
 
 }  // namespace
 
 std::optional<SensorFinding> CheckPairs(const Dataset& dataset, const RgbdSensor& sensor,
                                         std::size_t begin, std::size_t end) {
-  if (auto finding = TestPairs(dataset, sensor, begin, end)) return finding;
-  return CheckExchangedCentre(sensor.camera);
+  std::optional<LensEstimate> estimate;
+  if (auto finding = TestPairs(dataset, sensor, begin, end, &estimate)) return finding;
+  if (auto exchanged = CheckExchangedCentre(sensor.camera)) return exchanged;
+  return CheckUnusualCentre(sensor.camera, estimate);
 }
 
 }  // namespace highwall
