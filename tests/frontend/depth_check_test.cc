@@ -178,6 +178,20 @@ TEST(DepthCheck, FindsExchangedBytes) {
               SensorFault::kDepthByteOrder, "smooth with their two bytes exchanged");
 }
 
+// Of a driver that fills 13 by 13 pixels with one reading.
+TEST(DepthCheck, FindsExchangedBytesOfDepthThatIsFiltered) {
+  ExpectFound(
+      [](Image* image) {
+        cv::Mat small;
+        cv::resize(image->raw, small, {25, 19}, 0.0, 0.0, cv::INTER_NEAREST);
+        cv::resize(small, image->raw, image->raw.size(), 0.0, 0.0, cv::INTER_NEAREST);
+        for (std::uint16_t& value : cv::Mat_<std::uint16_t>(image->raw)) {
+          value = static_cast<std::uint16_t>(value % 256 * 256 + value / 256);
+        }
+      },
+      SensorFault::kDepthByteOrder, "smooth with their two bytes");
+}
+
 TEST(DepthCheck, FindsAValueThatStandsForNoReading) {
   RgbdSensor sensor = Sensor();
   sensor.max_depth = 100.0;
@@ -319,9 +333,11 @@ class FaintViews final : public Dataset {
   std::size_t size() const override { return count_; }
   Stamp stamp(std::size_t index) const override { return static_cast<Stamp>(index) * 33'000'000; }
   const Trajectory* groundtruth() const override { return nullptr; }
+  int loaded() const { return loaded_; }
 
  private:
   RgbdImage DoLoad(std::size_t index) const override {
+    ++loaded_;
     std::mt19937 rng(1000 * draw_ + static_cast<unsigned>(index));
     Image image = Draw(rng);
     std::uniform_int_distribution<int> u(0, kWidth - 1), v(0, kHeight - 1), grey(30, 220);
@@ -342,7 +358,20 @@ class FaintViews final : public Dataset {
   std::size_t count_;
   bool mirrored_;
   unsigned draw_;
+  mutable int loaded_ = 0;
 };
+
+// Eight images, those around four of them, and rarely more: 102 images without a test of whether
+// they may show anything.
+TEST(CheckDepth, LoadsFewImagesWhereMoreOfThemLeaveNoHopeOfAFinding) {
+  int loaded = 0;
+  for (unsigned draw = 201; draw <= 204; ++draw) {
+    const FaintViews views(150, false, draw);
+    EXPECT_TRUE(CheckDepth(views, Sensor()).empty()) << draw;
+    loaded += views.loaded();
+  }
+  EXPECT_LE(loaded, 4 * 70);
+}
 
 TEST(CheckDepth, LooksAtMoreImagesWhereEightAreUnclear) {
   const auto is_mirrored = [](std::size_t count, unsigned draw) {

@@ -50,11 +50,11 @@ class CheckedFrames {
   void Add(std::size_t index, DepthCheck* check) {
     if (const auto image = Load(index)) check->Add(Stored(*image), image->bgr);
   }
-  // Adds eight frames with those around them.
-  void AddAround(DepthCheck* check) {
+  // Adds every other one of eight frames, from this one on, with those around them.
+  void AddAround(std::size_t first, DepthCheck* check) {
     if (size_ < kImages + 2) return;
     const std::size_t around = std::min(kImagesAround, (size_ - kImages) / 2);
-    for (std::size_t i = 0; i < kImages; ++i) {
+    for (std::size_t i = first; i < kImages; i += 2) {
       AddAround(around + (2 * i + 1) * (size_ - 2 * around) / (2 * kImages), around, check);
     }
   }
@@ -107,19 +107,29 @@ std::vector<SensorFinding> CheckDepth(const Dataset& dataset, const RgbdSensor& 
   std::vector<SensorFinding> findings = check.Findings();
   // Edges of a single view fit elsewhere by chance.
   const bool is_one_view = frames.seconds() < kApart * static_cast<double>(kImages);
-  if (HasUnregistered(findings) || (findings.empty() && check.IsUnclear())) {
-    frames.AddAround(&check);
+  std::size_t around = 0;
+  // A finding of edges must hold against any usual delay of the images around all eight.
+  const auto add_around = [&](std::size_t halves) {
+    if (around >= halves) return;
+    for (; around < halves; ++around) frames.AddAround(around, &check);
     findings = check.Findings();
+  };
+  if (findings.empty() && check.IsUnclear() && frames.seconds() >= kDelaySeconds) {
+    add_around(1);
+    if (check.MayBeDelayed()) add_around(2);
   }
+  if (HasUnregistered(findings)) add_around(2);
   // Between them, and then between those and after the last.
   for (std::size_t parts = 2; parts <= kMostParts; parts *= 2) {
-    if (!findings.empty() || frames.size() < 2 * parts * kImages || !check.IsUnclear()) break;
+    if (!findings.empty() || frames.size() < 2 * parts * kImages || !check.MayMoreImagesShow())
+      break;
     if (frames.seconds() < kApart * static_cast<double>(parts * kImages)) break;
     for (std::size_t i = 1; i < parts * kImages / 2; ++i) {
       const std::size_t half = 2 * i + (parts == 2 ? 0 : 1);
       frames.Add(half * frames.size() / (parts * kImages), &check);
     }
     findings = check.Findings();
+    if (HasUnregistered(findings)) add_around(2);
   }
   const auto drop = [&findings](SensorFault fault) {
     std::erase_if(findings,

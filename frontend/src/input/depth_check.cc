@@ -74,6 +74,13 @@ constexpr double kShiftFitsBetter = 1.3, kShiftFitsAbove = 0.045;
 // repeats 47 ms.
 constexpr double kLate = 0.055, kDelayFitsBetter = 1.1;
 constexpr double kDelaySigma = 0.0025;  // [s] the least standard deviation of a delay
+// Share of these limits below which a few images leave no hope that more of them exceed any: what
+// fits by chance fits less with more images.
+constexpr double kHopeful = 0.7;
+
+bool IsUsual(double median) {
+  return median > kUsualNear && median < kUsualFar;
+}
 
 std::string Short(double value) {
   return RoundedText(value, 4);
@@ -220,6 +227,8 @@ struct DepthCheck::Tests {
   DepthDelayFinder delay;
   std::vector<double> readings;  // [stored units] a sample
 
+  // [m] By the depth factor of the sensor; empty without readings.
+  std::optional<double> MedianDepth(const RgbdSensor& sensor) const;
   void AddScale(const RgbdSensor& sensor, std::vector<SensorFinding>* findings) const;
   void AddPlace(std::vector<SensorFinding>* findings) const;
   bool IsDelayed(const DelayFit& fit) const;
@@ -237,6 +246,11 @@ const std::optional<DepthEdges::Result>& DepthCheck::Tests::Fit() const {
   return fit_;
 }
 
+std::optional<double> DepthCheck::Tests::MedianDepth(const RgbdSensor& sensor) const {
+  if (readings.empty()) return std::nullopt;
+  return UpperMedian(readings) / sensor.depth_factor;
+}
+
 // Where the depths by the factor are usual, only steps of the values show another one.
 void DepthCheck::Tests::AddScale(const RgbdSensor& sensor,
                                  std::vector<SensorFinding>* findings) const {
@@ -244,7 +258,7 @@ void DepthCheck::Tests::AddScale(const RgbdSensor& sensor,
   std::vector<double> sorted = readings;
   std::ranges::sort(sorted);
   const double factor = sensor.depth_factor, median = sorted[sorted.size() / 2] / factor;
-  const bool is_usual = median > kUsualNear && median < kUsualFar;
+  const bool is_usual = IsUsual(median);
   if (is_usual && !HasGaps(sorted)) return;
   DepthSurvey survey;
   for (const cv::Mat& raw : images) survey.Add(raw);
@@ -431,9 +445,36 @@ std::vector<SensorFinding> DepthCheck::Findings() const {
 
 bool DepthCheck::IsUnclear() const {
   constexpr double kBetter = 1.3;  // ratio of correlations
+  // Right images with many edges had 0.13 to 0.25, a hand-held recording 100 ms late 0.12: where
+  // the camera moves to and fro, what is late is shifted by nothing in the mean.
+  constexpr double kClear = 0.13;
   const std::optional<DepthEdges::Result>& fit = tests_->Fit();
-  return fit && std::max({fit->shifted.correlation, fit->flipped.correlation,
-                          fit->view.correlation}) > kBetter * fit->correlation;
+  return fit && (fit->correlation < kClear ||
+                 std::max({fit->shifted.correlation, fit->flipped.correlation,
+                           fit->view.correlation}) > kBetter * fit->correlation);
+}
+
+bool DepthCheck::MayMoreImagesShow() const {
+  const std::optional<double> median = tests_->MedianDepth(sensor_);
+  if (median && !IsUsual(*median)) return true;
+  const std::optional<DepthEdges::Result>& fit = tests_->Fit();
+  if (!fit) return false;
+  const EdgeFit &flipped = fit->flipped, &shifted = fit->shifted;
+  const double far = std::hypot(shifted.shift_u, shifted.shift_v);
+  return flipped.correlation >
+             kHopeful * std::max(kFewEdgesFit, kManyEdgesFitBetter * shifted.correlation) ||
+         fit->view.correlation >
+             kHopeful * std::max({kViewFits, kViewFitsBetter * shifted.correlation,
+                                  kViewFitsMuchBetter * fit->correlation}) ||
+         (far > kHopeful * kFewEdgesShift * tests_->size.width &&
+          shifted.correlation >
+              kHopeful * std::max(kFewEdgesFit, kFewEdgesShiftBetter * fit->correlation));
+}
+
+bool DepthCheck::MayBeDelayed() const {
+  const std::optional<DelayFit> fit = tests_->delay.Fit();
+  return !fit || (std::abs(fit->delay) > kHopeful * kLate &&
+                  fit->correlation > kHopeful * std::max(kEdgesFit, kDelayFitsBetter * fit->usual));
 }
 
 }  // namespace highwall

@@ -41,9 +41,14 @@ class DepthCheck {
                  double stated);
   // Returns what is wrong, in the order of the tests.
   std::vector<SensorFinding> Findings() const;
-  // Whether the edges of the images fit with a flip, a shift or another field of view better than
-  // as they are, so that more images, and those around them, may show more.
+  // Whether the edges of the images fit badly as they are, or better with a flip, a shift or another
+  // field of view, so that the images around them may show a delay.
   bool IsUnclear() const;
+  // Whether more images may show more: depths are unusual, whose factor more values may contradict,
+  // or a flip, a far shift or another field of view is near to the limits of a finding.
+  bool MayMoreImagesShow() const;
+  // The same of a delay, and more images with those around them. True if there are too few.
+  bool MayBeDelayed() const;
 
  private:
   struct Tests;
