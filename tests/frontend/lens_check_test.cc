@@ -405,6 +405,20 @@ TEST(LensCheck, NeedsClearEvidenceOfASmallDeviation) {
   EXPECT_TRUE(CompareLens(camera, estimate));
 }
 
+TEST(LensCheck, FindsFocalLengthsFourPercentOffThatTheImagesContradictVeryClearly) {
+  const PinholeCamera camera = IdealSensor().camera;
+  LensEstimate estimate{.sigma = Eigen::Vector4d::Constant(0.003 * camera.fx), .keyframes = 15};
+  estimate.intrinsics << 0.955 * camera.fx, 0.96 * camera.fy, camera.cx, camera.cy;
+  estimate.growth << 0.05, 0.02, 0.0, 0.0;
+  EXPECT_TRUE(CompareLens(camera, estimate));
+  estimate.growth[0] = 0.025;
+  EXPECT_FALSE(CompareLens(camera, estimate));
+  // As with a lens that is 2 % off.
+  estimate.intrinsics << 1.02 * camera.fx, 1.035 * camera.fy, camera.cx, camera.cy;
+  estimate.growth << 0.05, 0.05, 0.0, 0.0;
+  EXPECT_FALSE(CompareLens(camera, estimate));
+}
+
 TEST(CheckExchangedCentre, FindsACentreThatFitsTheOtherWayRound) {
   for (const cv::Size size : {cv::Size(640, 480), cv::Size(1280, 720)}) {
     PinholeCamera camera = IdealSensor().camera;

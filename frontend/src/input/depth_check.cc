@@ -333,8 +333,11 @@ void DepthCheck::Tests::AddPlace(std::vector<SensorFinding>* findings) const {
   // What fits as well with a usual delay is explained by it.
   const double as_it_is = delayed ? std::max(fit->correlation, delayed->usual) : fit->correlation;
   const ViewFit& view = fit->view;
+  // The best of many delays of eight images fits by chance more than the mean of thirty.
+  const double without =
+      images.size() > kFewImages ? std::max(fit->correlation, as_it_is / 2.0) : as_it_is;
   if (view.correlation > std::max({kViewFits, kViewFitsBetter * shifted.correlation,
-                                   kViewFitsMuchBetter * as_it_is}) &&
+                                   kViewFitsMuchBetter * without}) &&
       view.correlation > flipped.correlation && view.better > kMostlyView &&
       view.spread < kStableView) {
     findings->push_back(OtherView(view.share));
