@@ -1,5 +1,6 @@
 #include "inertial/start_check.h"
 
+#include <optional>
 #include <tuple>
 
 #include <gtest/gtest.h>
@@ -10,12 +11,13 @@ namespace {
 using Status = InitializationStatus;
 
 TEST(StartCheck, NamesWhatFourSolutionsInARowContradict) {
-  const InitializationReport ready{.status = Status::kReady};
+  const InitializationReport ready{.status = Status::kReady, .estimate = std::nullopt};
   for (const auto& [status, reversed, fault] :
        {std::tuple{Status::kInconsistent, false, SensorFault::kImuInconsistent},
         std::tuple{Status::kInconsistent, true, SensorFault::kImuSign},
         std::tuple{Status::kWrongGravity, false, SensorFault::kImuScale}}) {
-    const InitializationReport wrong{.status = status, .gravity_norm = 11.8, .error = 25.0};
+    const InitializationReport wrong{
+        .status = status, .gravity_norm = 11.8, .error = 25.0, .estimate = std::nullopt};
     StartCheck check;
     for (int i = 0; i < 3; ++i) EXPECT_FALSE(check.Update(wrong, true, reversed)) << i;
     EXPECT_FALSE(check.Update(ready, false, false));
