@@ -10,6 +10,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 #include <highwall/frontend/features/depth_correction.h>
+#include <highwall/frontend/input/depth_stamp.h>
 
 #include "files/json_text.h"
 #include "run/run_files.h"

@@ -1,20 +1,10 @@
 #include <highwall/frontend/features/depth_correction.h>
 
-#include <cmath>
-
-#include <highwall/core/stamp.h>
+#include <highwall/frontend/input/dataset.h>
 
 #include "features/row_times.h"
 
 namespace highwall {
-
-double DepthDelay(const RgbdImage& image) {
-  constexpr double kLongest = 0.1;
-  const Stamp stamp = image.depth_stamp.value_or(image.stamp);
-  if (stamp > kMaxStamp || stamp < -kMaxStamp) return 0.0;
-  const double delay = ToSeconds(stamp - image.stamp);
-  return std::abs(delay) <= kLongest ? delay : 0.0;
-}
 
 bool DepthCorrection::MovesRows() const {
   const bool stands = motion.v.isZero(0.0) && motion.omega.isZero(0.0);

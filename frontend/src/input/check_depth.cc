@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -8,6 +7,7 @@
 
 #include <highwall/core/stamp.h>
 #include <highwall/frontend/input/depth_check.h>
+#include <highwall/frontend/input/depth_stamp.h>
 #include <highwall/frontend/input/repeated_image.h>
 
 namespace highwall {
@@ -24,15 +24,6 @@ constexpr std::size_t kImagesAround = 4;  // colour images before and after, for
 bool HasUnregistered(const std::vector<SensorFinding>& findings) {
   return std::ranges::find(findings, SensorFault::kDepthUnregistered, &SensorFinding::fault) !=
          findings.end();
-}
-
-// Returns [s] by which the stamp of its depth is later; 0 if it is of another clock.
-double StampDelay(const RgbdImage& image) {
-  constexpr double kLongest = 0.1;
-  const Stamp stamp = image.depth_stamp.value_or(image.stamp);
-  if (stamp > kMaxStamp || stamp < -kMaxStamp) return 0.0;
-  const double delay = ToSeconds(stamp - image.stamp);
-  return std::abs(delay) <= kLongest ? delay : 0.0;
 }
 
 // Frames of a recording whose images are stored as the sensor says.
@@ -79,7 +70,7 @@ class CheckedFrames {
       bgr.push_back(image->bgr);
       if (i != index) continue;
       raw = Stored(*image);
-      stated += StampDelay(*image);
+      stated += DepthDelay(*image);
     }
     const double span = ToSeconds(dataset_.stamp(begin_ + index + around) -
                                   dataset_.stamp(begin_ + index - around));

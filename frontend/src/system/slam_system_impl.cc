@@ -11,6 +11,7 @@
 #include <highwall/core/error.h>
 #include <highwall/core/stamp.h>
 #include <highwall/frontend/features/depth_correction.h>
+#include <highwall/frontend/input/depth_stamp.h>
 #include <highwall/frontend/local/global_adjustment.h>
 #include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/feature_type_mismatch.h>

@@ -5,14 +5,9 @@
 #include <highwall/core/camera.h>
 #include <highwall/factors/depth_pattern.h>
 #include <highwall/frontend/features/twist.h>
-#include <highwall/frontend/input/dataset.h>
 #include <highwall/frontend/input/sensor.h>
 
 namespace [[gnu::visibility("default")]] highwall {
-
-// Returns [s] by which the stamp of its depth is later; 0 if it is so large that the motion of the
-// camera in between is unknown, or from another clock.
-double DepthDelay(const RgbdImage& image);
 
 // Correction of a depth image beyond the RgbdSensor model: the depth distortion over the image, and
 // the rolling-shutter compensation for a moving camera (docs/row_times.md).
