@@ -346,7 +346,7 @@ TEST_F(FactorAdjusterTest, DoesNotFitAgainWhatTheGraphOfALoopFitted) {
   Measure(0.5, 1);
   const LoopEdge loop = ring.Loop(0_kf, ring.last());
   Map at_once = map.Clone();
-  FactorAdjuster fresh(defaults, {}), adjuster(defaults, {});
+  FactorAdjuster fresh(kModel, defaults, {}), adjuster(kModel, defaults, {});
   ASSERT_TRUE(fresh.BeginLast(at_once, kFirstSubmap, {&loop, 1}));
   ASSERT_TRUE(fresh.Finish(&at_once)->accepted);
 

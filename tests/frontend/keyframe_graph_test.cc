@@ -165,12 +165,50 @@ TEST_F(KeyFrameGraphTest, AWeakKeyFrameYieldsToALoopWhereTheOthersHold) {
 
 TEST_F(KeyFrameGraphTest, WhatAKeyFrameKnewOfItsPoseHoldsItWithoutCommonLandmarks) {
   WeakenFrom(10_kf, 0.002);
+  // Along the optical axis of 9 alone; the axes of 10 are turned against them about y.
+  Eigen::Matrix<float, 6, 6> along_z = 1e-10F * Eigen::Matrix<float, 6, 6>::Identity();
+  along_z(2, 2) = 1e-4F;
+  map().keyframe(9_kf)->covariance = along_z;
+  const Eigen::Vector3d axis_10 =
+      (map().keyframe(10_kf)->T_WC.Inverse() * map().keyframe(9_kf)->T_WC).R().col(2);
+  ASSERT_LT(axis_10.z(), 0.995);
   const PoseCovariance covariance = RelativeCovariance(map(), model(), 9_kf, 10_kf);
-  // That of both keyframes, and the lever between them, less than a metre.
-  EXPECT_GT(covariance(0, 0), 2.0 * 4e-6 - 1e-9);
-  EXPECT_LT(covariance(0, 0), 3.0 * 4e-6);
+  const Eigen::Matrix3d expected =
+      4e-6 * Eigen::Matrix3d::Identity() + 1e-4 * axis_10 * axis_10.transpose();
+  // The rotation of 9 to 1e-5 rad adds less, as do single precision and a metre of no information.
+  EXPECT_LT((covariance.topLeftCorner<3, 3>() - expected).norm(), 1e-7);
   map().keyframe(9_kf)->covariance.reset();
   EXPECT_GT(RelativeCovariance(map(), model(), 9_kf, 10_kf)(0, 0), 0.9);  // no more is known
+}
+
+TEST_F(KeyFrameGraphTest, WhatAKeyFrameKnewOfItsPoseDoesNotReachAcrossASeam) {
+  WeakenFrom(10_kf, 0.002);
+  map().keyframe(10_kf)->submap = SubmapId(1);
+  EXPECT_GT(RelativeCovariance(map(), model(), 9_kf, 10_kf)(0, 0), 0.9);
+}
+
+// Tracking is lost at 9, and found again at the place of 0 and 1.
+TEST_F(KeyFrameGraphTest, WhatAKeyFrameKnewOfItsPoseDoesNotReachToWhereTrackingWasLost) {
+  WeakenFrom(10_kf, 0.002);
+  WeakenFrom(2_kf, 0.002);
+  ASSERT_LT(RelativeCovariance(map(), model(), 9_kf, 10_kf)(0, 0), 1e-4);
+  const LandmarkIds<MapPoint>& of_1 = map().keyframe(1_kf)->points;
+  const auto free = std::ranges::find(of_1, PointId(kNoId));
+  ASSERT_NE(free, of_1.end());
+  map().Observe(1_kf, static_cast<int>(free - of_1.begin()), map().keyframe(10_kf)->points[0]);
+  EXPECT_GT(RelativeCovariance(map(), model(), 9_kf, 10_kf)(0, 0), 0.9);
+}
+
+TEST_F(KeyFrameGraphTest, AWholeImageHoldsAKeyFrameWithoutCommonLandmarks) {
+  WeakenFrom(10_kf, 10.0);
+  ImageMotion motion;
+  motion.reference = 8_kf;
+  motion.sqrt_information = 100.0 * Eigen::Matrix<double, 6, 6>::Identity();
+  map().keyframe(10_kf)->image_motion = motion;
+  EXPECT_GT(RelativeCovariance(map(), model(), 9_kf, 10_kf)(0, 0), 0.9);
+  // Its reference is replaced by 9.
+  map().RemoveKeyFrame(8_kf, 9_kf);
+  EXPECT_NEAR(RelativeCovariance(map(), model(), 9_kf, 10_kf)(0, 0), 1e-4, 1e-7);
 }
 
 TEST_F(KeyFrameGraphTest, ALoopWithAnOpenDirectionDoesNotHoldThere) {

@@ -111,13 +111,6 @@ TEST(RelativeInformation, IsNoneWithoutCommonLandmarks) {
     }
   });
   EXPECT_TRUE(pair.Information().isZero(0.0));
-  // What its whole image held counts, for that keyframe.
-  ImageMotion motion;
-  motion.reference = 0_kf;
-  motion.sqrt_information = 100.0 * Matrix6::Identity();
-  pair.map().keyframe(1_kf)->image_motion = motion;
-  EXPECT_TRUE(pair.Information().isApprox(1e4 * Matrix6::Identity(), 1e-12));
-  EXPECT_TRUE(RelativeInformation(pair.map(), pair.model(), 1_kf, 0_kf).isZero(0.0));
 }
 
 TEST(RelativeInformation, ThrowsForAKeyFrameThatIsNotInTheMap) {

@@ -32,8 +32,8 @@ class RingMap {
     }
   }
 
-  // Sets the poses to those of odometry. levelled: an IMU keeps gravity aligned, and the map knows
-  // it.
+  // Sets the poses to those of odometry; landmarks stay where their first keyframes saw them.
+  // levelled: an IMU keeps gravity aligned, and the map knows it.
   void Drift(const OdometryDrift& drift, bool levelled) {
     DriftingOdometry odometry(drift);
     Pose T = truth.front();
@@ -41,6 +41,9 @@ class RingMap {
       T = T * odometry.Measure(truth[i - 1].Inverse() * truth[i]);
       if (levelled) T = Levelled(T, truth[i]);
       map.keyframe(KeyFrameId(i))->T_WC = T;
+    }
+    for (const Landmark& landmark : landmarks_) {
+      map.Find(landmark.id)->p_W = map.keyframe(landmark.first)->T_WC * landmark.p_C;
     }
     map.SetGravity(levelled ? std::make_optional(Eigen::Vector3d(0, 0, -9.81)) : std::nullopt);
   }
@@ -68,6 +71,7 @@ class RingMap {
     for (int i = 0; i < kNew; ++i) {
       const Eigen::Vector3d p_C = UniformInBox(rng, {-1.0, -0.8, 2.5}, {1.0, 0.8, 3.5});
       points_.push_back(map.Add<MapPoint>(truth.back() * p_C, index).id);
+      landmarks_.push_back({points_.back(), KeyFrameId(index), p_C});
     }
     const std::size_t seen = std::min<std::size_t>(points_.size(), kNew * kViews);
     auto features = std::make_shared<FrameFeatures>();
@@ -76,6 +80,7 @@ class RingMap {
       feature.uv = {Uniform(rng, 10.0, 630.0), Uniform(rng, 10.0, 470.0)};
       feature.depth = 3.0;
       feature.depth_sigma = sensor.depth_noise.Sigma(feature.depth);
+      feature.noise = {.px = 0.05F, .depth = 0.05F};  // the drift is that of shared errors
       features->points.push_back(feature);
       AppendDescriptor(features->point_descriptors, RandomDescriptor(rng));
     }
@@ -87,7 +92,13 @@ class RingMap {
     }
   }
 
+  struct Landmark {
+    PointId id;
+    KeyFrameId first;
+    Eigen::Vector3d p_C;  // [m] in it
+  };
   std::vector<PointId> points_;
+  std::vector<Landmark> landmarks_;
 };
 
 }  // namespace highwall::testing

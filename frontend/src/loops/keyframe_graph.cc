@@ -29,8 +29,8 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// Standard deviations per step between two keyframes of what no image knows of: errors of the
-// calibration, of depth, of row times, of what moves.
+// Standard deviations per step between two keyframes of errors that images share: of the
+// calibration, of depth, of row times.
 constexpr double kStepTranslation = 0.005;  // [m]
 constexpr double kStepRotation = 0.003;     // [rad]
 
@@ -184,6 +184,23 @@ std::pair<std::size_t, std::size_t> Seam(const Map& map, std::size_t first,
   return seam;
 }
 
+// Returns whether a keyframe C, when it was made, was placed in the map around an older one. It was
+// not across a seam of submaps, nor where tracking was lost and found elsewhere: then C shares
+// landmarks with older keyframes, but none of them with R.
+bool BeganInOnePlace(const Map& map, const KeyFrame& R, const KeyFrame& C) {
+  if (R.submap != C.submap) return false;
+  std::vector<KeyFrameId> older;
+  for (const auto& [id, shared] : map.Covisible(C.id, 1)) {
+    if (id == R.id) return true;
+    if (id < C.id) older.push_back(id);
+  }
+  const auto touches_R = [&](KeyFrameId id) {
+    return std::ranges::any_of(map.Covisible(id, 1),
+                               [&](const auto& other) { return other.first == R.id; });
+  };
+  return older.empty() || std::ranges::any_of(older, touches_R);
+}
+
 // The edges that hold the map as it is.
 class PresentEdges {
  public:
@@ -213,9 +230,9 @@ class PresentEdges {
   }
 
  private:
-  // Returns an edge with the current transform between two nodes. What images do not know of is no
-  // smaller than after the steps between them with fully correlated errors, so that parallel edges
-  // have no more information on a long path than odometry.
+  // Returns an edge with the current transform between two nodes. Shared errors are those after the
+  // steps between them, fully correlated, so that parallel edges have no more information on a long
+  // path than odometry.
   PoseGraphEdge Edge(std::size_t i, std::size_t j) const {
     const PoseGraph& graph = result_.graph;
     const Pose Z = graph.nodes[i].pose.Inverse() * graph.nodes[j].pose;
@@ -238,15 +255,22 @@ class PresentEdges {
 
 PoseCovariance RelativeCovariance(const Map& map, const MeasurementModel& model,
                                   KeyFrameId reference, KeyFrameId keyframe) {
-  const PoseCovariance information = WorthOf(RelativeInformation(map, model, reference, keyframe));
+  PoseCovariance information =
+      InflatedInformation(RelativeInformation(map, model, reference, keyframe));
   const KeyFrame& R = *map.keyframe(reference);
   const KeyFrame& C = *map.keyframe(keyframe);
-  if (!R.covariance || !C.covariance) return information.inverse();
-  constexpr double kRounding = 1e-12;  // [m^2], [rad^2]: the first keyframe of a map is exact
-  const PoseCovariance apart = C.covariance->cast<double>() +
-                               CarriedTo(C.T_WC.Inverse() * R.T_WC, R.covariance->cast<double>()) +
-                               kRounding * PoseCovariance::Identity();
-  return Better(apart, information);
+  if (const auto& motion = C.image_motion) {
+    const auto active = map.ActiveKeyFrameOf(motion->reference);
+    if (active && active->first == reference) {
+      information += motion->sqrt_information.transpose() * motion->sqrt_information;
+    }
+  }
+  if (!R.covariance || !C.covariance || !BeganInOnePlace(map, R, C)) return information.inverse();
+  PoseCovariance independent = C.covariance->cast<double>() +
+                               CarriedTo(C.T_WC.Inverse() * R.T_WC, R.covariance->cast<double>());
+  constexpr double kSinglePrecision = 1e-7;
+  independent.diagonal().array() += kSinglePrecision * independent.trace();
+  return LowerCovariance(independent, information);
 }
 
 std::int64_t KeyFrameGraph::NodeOf(KeyFrameId keyframe) const {
@@ -324,7 +348,7 @@ std::optional<double> LoopChi2(KeyFrameGraph graph, const LoopEdge& loop,
   const std::optional<Eigen::MatrixXd> drift = PoseGraphCovariance(graph.graph, ids);
   if (!drift) return std::nullopt;
   const Matrix6 covariance =
-      *drift + RotatedInformation(CovarianceOf(loop, options), T.R());  // p is in W
+      *drift + RotatedInformation(CovarianceOf(loop, options), measured.R());  // p is in W
   return error.dot(covariance.llt().solve(error));
 }
 

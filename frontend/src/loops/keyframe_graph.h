@@ -43,9 +43,10 @@ struct KeyFrameGraph {
 };
 
 // Returns the covariance of the pose of a keyframe relative to another one in the map, by what ties
-// them: what both observe (RelativeInformation) or, in directions where it is better, what each
-// knew of its pose in the map around it (KeyFrame::covariance). Along the axes of the camera of
-// `keyframe`. Errors that all images share are not part of it. Throws as RelativeInformation.
+// them: what both observe (RelativeInformation), KeyFrame::image_motion and, in directions where
+// it is better, what each knew of its pose in the map around it (KeyFrame::covariance, within a
+// submap). Along the axes of the camera of `keyframe`. Errors that all images share are not part of
+// it. Throws as RelativeInformation.
 PoseCovariance RelativeCovariance(const Map& map, const MeasurementModel& model,
                                   KeyFrameId reference, KeyFrameId keyframe);
 

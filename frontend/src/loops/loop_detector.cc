@@ -51,7 +51,7 @@ std::vector<LandmarkId> Landmarks(const std::vector<std::pair<int, LandmarkId>>&
 PoseCovariance CovarianceOf(const PoseSolution& pose) {
   const PoseCovariance information_C =
       RotatedInformation(pose.information, pose.T_WC.R().transpose());
-  return WorthOf(information_C / std::max(1.0, pose.error)).inverse();
+  return InflatedInformation(information_C / std::max(1.0, pose.error)).inverse();
 }
 
 // Refines the pose with all matches and removes outliers. Returns the covariance of the pose; empty

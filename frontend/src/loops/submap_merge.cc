@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
 #include <highwall/core/error.h>
 #include <highwall/internal/number_text.h>
 
@@ -17,12 +15,6 @@ namespace {
 constexpr double kGravitySigma = 0.02;
 constexpr double kMaxAngle = 0.8;  // [rad] between compared views
 constexpr double kChi2 = 10.828;   // of one degree of freedom, 99.9 %
-
-double LargestVariance(const Eigen::Matrix3d& covariance) {
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly)
-      .eigenvalues()
-      .maxCoeff();
-}
 
 }  // namespace
 
@@ -46,9 +38,8 @@ std::optional<SubmapMerge> PlanMerge(const Map& map, const LoopEdge& loop,
 
   const Eigen::Vector3d up = merge.T_new_old.q() * Eigen::Vector3d::UnitZ();
   const double tilt = std::acos(std::clamp(up.z(), -1.0, 1.0));
-  const double variance = 2.0 * kGravitySigma * kGravitySigma +
-                          options.loop_rotation * options.loop_rotation +
-                          LargestVariance(loop.covariance.bottomRightCorner<3, 3>());
+  const double variance =
+      2.0 * kGravitySigma * kGravitySigma + options.loop_rotation * options.loop_rotation;
   if (tilt * tilt > kChi2 * variance) {
     *message = "tilts gravity by " + FixedText(tilt * 180.0 / M_PI) + " deg, more than " +
                FixedText(std::sqrt(kChi2 * variance) * 180.0 / M_PI);

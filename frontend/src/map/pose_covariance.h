@@ -29,10 +29,10 @@ inline PoseCovariance CarriedTo(const Pose& T_CK, const PoseCovariance& covarian
   return J * covariance_K * J.transpose();
 }
 
-// Returns what the information of landmarks, each with errors of its own, is worth: their errors
-// are not independent (VisualNoise::scale). Open directions get a metre and a radian: no keyframe
-// is farther from its neighbours.
-inline PoseCovariance WorthOf(const PoseCovariance& information) {
+// Returns the information by landmarks with what a covariance of each for itself leaves out: their
+// errors are not independent (VisualNoise::scale). Open directions get a metre and a radian: no
+// keyframe is farther from its neighbours.
+inline PoseCovariance InflatedInformation(const PoseCovariance& information) {
   constexpr double kCorrelation = 4.0;
   constexpr double kLeast = 1.0;  // [1/m^2], [1/rad^2]
   return information / kCorrelation + kLeast * PoseCovariance::Identity();
@@ -40,7 +40,8 @@ inline PoseCovariance WorthOf(const PoseCovariance& information) {
 
 // Returns, in each direction, the lower of a covariance and that of the information: the estimate
 // is that of the image where it knows more, and the other does not add to it.
-inline PoseCovariance Better(const PoseCovariance& covariance, const PoseCovariance& information) {
+inline PoseCovariance LowerCovariance(const PoseCovariance& covariance,
+                                      const PoseCovariance& information) {
   const PoseCovariance L = covariance.llt().matrixL();
   const Eigen::SelfAdjointEigenSolver<PoseCovariance> eigen(L.transpose() * information * L);
   const PoseCovariance LV = L * eigen.eigenvectors();

@@ -126,9 +126,6 @@ Matrix6 RelativeInformation(const Map& map, const MeasurementModel& model, KeyFr
     information +=
         static_cast<double>(shared.size()) / static_cast<double>(used) * pair.information();
   });
-  if (const auto& motion = C.image_motion; motion && motion->reference == reference) {
-    information += motion->sqrt_information.transpose() * motion->sqrt_information;
-  }
   return information;
 }
 

@@ -36,7 +36,7 @@ PoseUncertainty UncertaintyEstimator::OfImage(Stamp stamp, const AnchoredPose& p
   const Covariance predicted =
       measured_ ? Covariance(covariance_ + PredictionNoise(ToSeconds(stamp - *measured_)))
                 : Covariance(1e6 * Covariance::Identity());
-  const Covariance in_keyframe = Better(predicted, information);
+  const Covariance in_keyframe = LowerCovariance(predicted, information);
   // The errors of neighbouring keyframes are not independent, and add up.
   of_keyframe_ = std::max(1.0, noise_.scale / scale) * in_keyframe;
   of_keyframe_.diagonal().head<3>().array() += noise_.position * noise_.position;
@@ -71,7 +71,10 @@ PoseUncertainty UncertaintyEstimator::OfOrigin(Stamp stamp) {
 
 void UncertaintyEstimator::AddKeyFrame(KeyFrameId id, Map* map) {
   KeyFrame& keyframe = *map->keyframe(id);
-  keyframe.covariance = of_keyframe_.cast<float>();
+  // A metre and a radian at most: in single precision, more would hide what is known.
+  const Covariance rounding = 1e-12 * Covariance::Identity();
+  keyframe.covariance =
+      LowerCovariance(of_keyframe_ + rounding, Covariance::Identity()).cast<float>();
   std::optional<Covariance> best;
   const auto covisible = map->Covisible(id, 1);
   for (const auto& [other, shared] : covisible) {
