@@ -13,21 +13,25 @@ using Status = InitializationStatus;
 TEST(StartCheck, NamesWhatFourSolutionsInARowContradict) {
   const InitializationReport ready{.status = Status::kReady, .estimate = std::nullopt};
   for (const auto& [status, reversed, fault] :
-       {std::tuple{Status::kInconsistent, false, SensorFault::kImuInconsistent},
-        std::tuple{Status::kInconsistent, true, SensorFault::kImuSign},
-        std::tuple{Status::kWrongGravity, false, SensorFault::kImuScale}}) {
-    const InitializationReport wrong{
-        .status = status, .gravity_norm = 11.8, .error = 25.0, .estimate = std::nullopt};
+       {std::tuple{Status::kInconsistent, ReversedFit::kNotBetter, SensorFault::kImuInconsistent},
+        std::tuple{Status::kInconsistent, ReversedFit::kClearlyBetter, SensorFault::kImuSign},
+        std::tuple{Status::kWrongGravity, ReversedFit::kNotBetter, SensorFault::kImuScale}}) {
+    const InitializationReport wrong{.status = status,
+                                     .gravity_norm = 11.8,
+                                     .error = 25.0,
+                                     .reversed = reversed,
+                                     .estimate = std::nullopt};
     StartCheck check;
-    for (int i = 0; i < 3; ++i) EXPECT_FALSE(check.Update(wrong, true, reversed)) << i;
-    EXPECT_FALSE(check.Update(ready, false, false));
-    for (int i = 0; i < 3; ++i) EXPECT_FALSE(check.Update(wrong, true, reversed)) << i;
-    const auto finding = check.Update(wrong, true, reversed);
+    for (int i = 0; i < 3; ++i) EXPECT_FALSE(check.Update(wrong, true)) << i;
+    EXPECT_FALSE(check.Update(ready, false));
+    for (int i = 0; i < 3; ++i) EXPECT_FALSE(check.Update(wrong, true)) << i;
+    const auto finding = check.Update(wrong, true);
     ASSERT_TRUE(finding);
     EXPECT_EQ(finding->fault, fault);
     EXPECT_EQ(finding->trust, Trust::kDoubtful);
-    // Once.
-    for (int i = 0; i < 5; ++i) EXPECT_FALSE(check.Update(wrong, true, reversed)) << i;
+    // Once, also if others agree in between.
+    EXPECT_FALSE(check.Update(ready, false));
+    for (int i = 0; i < 5; ++i) EXPECT_FALSE(check.Update(wrong, true)) << i;
   }
 }
 

@@ -35,6 +35,9 @@ enum class InitializationStatus {
 };
 const char* ToString(InitializationStatus status);
 
+// Whether the readings fit the images better with the sign of the accelerometer reversed.
+enum class ReversedFit { kNotBetter, kBetter, kClearlyBetter };
+
 struct InitializationReport {
   InitializationStatus status = InitializationStatus::kTooShort;
   double duration = 0.0;       // [s] covered by the images used
@@ -42,6 +45,7 @@ struct InitializationReport {
   double reading_norm = 0.0;   // [m/s^2] median of the accelerometer's readings, in kWrongGravity
   double gravity_sigma = 0.0;  // [rad]
   double error = 0.0;          // chi-squared per degree of freedom
+  ReversedFit reversed = ReversedFit::kNotBetter;
   // In kReady, and in kUncertain and kInconsistent if every direction is observable: the newest
   // state, biases, gravity, t_d.
   std::optional<InertialPrior> estimate;

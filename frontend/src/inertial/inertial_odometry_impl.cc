@@ -242,8 +242,11 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
                               !IsNearGravity(solution.reading_norm);
   const bool contradiction =
       solution.status == InitializationStatus::kInconsistent || wrong_readings;
-  const bool reversed = report.reason == AccelerometerReversed().text;
-  if (auto finding = start_.Update(solution, contradiction, reversed)) {
+  // What the check of the configuration confirms is contradicted by poor poses at most.
+  const bool by_readings = wrong_readings || solution.reversed == ReversedFit::kClearlyBetter ||
+                           (agreement_ != ImuAgreement::kConsistent && solution.error > 0.0 &&
+                            solution.reversed == ReversedFit::kNotBetter);
+  if (auto finding = start_.Update(solution, contradiction && by_readings)) {
     report.finding = std::move(finding);
   }
   if (solution.status != InitializationStatus::kReady) {
@@ -251,6 +254,11 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
     attempts_ = std::min(attempts_, options_.max_attempts);
     return;
   }
+  StartFrom(solution, report);
+}
+
+void InertialOdometry::Impl::StartFrom(const InitializationReport& solution,
+                                       InertialReport& report) {
   const Eigen::Quaterniond q_gravity = Upright(-solution.estimate->gravity_W.vector());
   InertialPrior prior = solution.estimate->Turned(q_gravity);
   prior.gravity_W = UnitDirection(Eigen::Vector3d(0, 0, -1));
@@ -308,10 +316,13 @@ InitializationReport InertialOdometry::Impl::SolveWithSign(const VisualPose& vis
     reversed.Add(sample);
   }
   const InitializationReport other = initializer_.Solve(reversed);
-  if (other.estimate && other.error < solution.error) {
-    solution.status = InitializationStatus::kInconsistent;
-    report.reason = AccelerometerReversed().text;
-  }
+  if (!other.estimate || !(other.error < solution.error)) return solution;
+  constexpr double kClearly = 0.5;  // errors of a slow body differ by little, and by chance
+  const bool is_clear = other.error < kClearly * solution.error;
+  if (solution.status == InitializationStatus::kInconsistent && !is_clear) return solution;
+  solution.reversed = is_clear ? ReversedFit::kClearlyBetter : ReversedFit::kBetter;
+  solution.status = InitializationStatus::kInconsistent;
+  report.reason = AccelerometerReversed().text;
   return solution;
 }
 

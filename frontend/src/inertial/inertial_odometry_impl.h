@@ -56,6 +56,8 @@ class InertialOdometry::Impl {
   // stated one.
   void CheckClock(Stamp image, InertialReport& report);
   void Initialize(const Observation& observation, InertialReport& report);
+  // Starts the smoothers from a solution that is ready.
+  void StartFrom(const InitializationReport& solution, InertialReport& report);
   // Solves the initialization; inconsistent, with a reason, if the images fit the readings better
   // with the accelerometer's sign reversed.
   InitializationReport SolveWithSign(const VisualPose& visual, InertialReport& report) const;

@@ -12,8 +12,8 @@ namespace {
 // hardly any that is contradicted (docs/lab/2026-11-misuse-whole-table.md).
 constexpr int kContradictions = 4;
 
-SensorFinding ContradictedStart(const InitializationReport& solution, bool is_reversed) {
-  if (is_reversed) {
+SensorFinding ContradictedStart(const InitializationReport& solution) {
+  if (solution.reversed == ReversedFit::kClearlyBetter) {
     return {SensorFault::kImuSign, Trust::kDoubtful,
             "accelerometer and images agree if the sign of the accelerometer is reversed (at rest "
             "it must point up)",
@@ -36,10 +36,11 @@ SensorFinding ContradictedStart(const InitializationReport& solution, bool is_re
 }  // namespace
 
 std::optional<SensorFinding> StartCheck::Update(const InitializationReport& solution,
-                                                bool is_contradicted, bool is_reversed) {
+                                                bool is_contradicted) {
   in_a_row_ = is_contradicted ? in_a_row_ + 1 : 0;
-  if (in_a_row_ != kContradictions) return std::nullopt;
-  return ContradictedStart(solution, is_reversed);
+  if (is_reported_ || in_a_row_ < kContradictions) return std::nullopt;
+  is_reported_ = true;
+  return ContradictedStart(solution);
 }
 
 }  // namespace highwall

@@ -13,13 +13,12 @@ namespace highwall {
 class StartCheck {
  public:
   // solution: the latest one. is_contradicted: its error is that of readings, not of poor images.
-  // is_reversed: it fits better with the sign of the accelerometer reversed. Returns a finding
-  // once.
-  std::optional<SensorFinding> Update(const InitializationReport& solution, bool is_contradicted,
-                                      bool is_reversed);
+  // Returns a finding once.
+  std::optional<SensorFinding> Update(const InitializationReport& solution, bool is_contradicted);
 
  private:
   int in_a_row_ = 0;
+  bool is_reported_ = false;
 };
 
 }  // namespace highwall
