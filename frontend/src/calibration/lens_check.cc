@@ -35,6 +35,8 @@ constexpr double kDistortionTolerance = 0.02;
 // have it): then less evidence suffices if the middle explains the images better.
 constexpr double kFarCentre = 0.07, kSignificantCentre = 2.5;
 constexpr LensSigmas kMostSigmas{.focal = 0.05, .centre = 0.025};
+// That of another model was 0.4; errors of depth and a drive straight ahead leave little.
+constexpr double kGrowthOfNoLens = 0.05;
 constexpr double kFarOffLens = 0.1;  // relative: poses are not to be trusted
 
 std::string WithSigma(double value, double sigma) {
@@ -181,7 +183,7 @@ std::optional<SensorFinding> CompareLens(const PinholeCamera& camera,
   // Coefficients of another model shift the focal lengths as no lens does, and show by themselves.
   if (IsOfNoLens(camera, estimate)) {
     std::erase_if(deviations, [](const Deviation& deviation) {
-      return deviation.part != LensPart::kDistortion || deviation.growth < kClearGrowth;
+      return deviation.part != LensPart::kDistortion || deviation.growth < kGrowthOfNoLens;
     });
   }
   if (deviations.empty()) return std::nullopt;
