@@ -34,7 +34,7 @@ nlohmann::json BenchCorrection(int keyframes, int seeds);
 nlohmann::json BenchAcceptance(const std::vector<int>& sizes, int seeds);
 
 // Measures what the edges of the keyframe graph state about their errors, in walks with a weak
-// stretch: squared errors by the information of the edges, 6 for the right one. scene: room, by
+// stretch: squared errors by RelativeCovariance, on average 6 for the right one. scene: room, by
 // images alone; mine or road, with an IMU.
 nlohmann::json BenchEdges(const std::string& scene, int seeds);
 

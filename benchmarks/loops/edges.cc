@@ -28,16 +28,14 @@ bool IsWeak(double time) {
   return time >= kWeakFrom && time < kWeakTo;
 }
 
-// Takes the contrast out of the colour, as where it is dark, and all depth beyond a reach.
-void Weaken(int seed, cv::Mat* colour, cv::Mat* depth) {
+// Takes the contrast out of the colour, as where it is dark.
+void Weaken(int seed, cv::Mat* colour) {
   constexpr double kContrast = 0.04, kNoise = 2.0;  // [grey levels]
-  constexpr double kReach = 2.5;                    // [m]
   cv::Mat dark, noise(colour->size(), CV_16SC3);
   colour->convertTo(dark, CV_16SC3, kContrast, 60.0);
   cv::RNG rng(static_cast<std::uint64_t>(seed));
   rng.fill(noise, cv::RNG::NORMAL, 0.0, kNoise);
   cv::Mat(dark + noise).convertTo(*colour, CV_8UC3);
-  depth->setTo(0, *depth > 1e3 * kReach);
 }
 
 // Edges between successive keyframes: squared normalized errors, and errors of the translation.
@@ -71,7 +69,7 @@ EdgesOfRun OfRun(const std::string& scene, int seed) {
   std::size_t next = 0;
   for (int i = 0; i < simulation.size(); ++i) {
     auto frame = simulation.Render(i);
-    if (IsWeak(i / options.fps)) Weaken(1000 * seed + i, &frame.bgr, &frame.depth);
+    if (IsWeak(i / options.fps)) Weaken(1000 * seed + i, &frame.bgr);
     for (; next < readings.size() && readings[next].stamp <= frame.stamp + 100'000'000; ++next) {
       slam.AddImu(readings[next]);
     }
