@@ -242,11 +242,7 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
                               !IsNearGravity(solution.reading_norm);
   const bool contradiction =
       solution.status == InitializationStatus::kInconsistent || wrong_readings;
-  // What the check of the configuration confirms is contradicted by poor poses at most.
-  const bool by_readings = wrong_readings || solution.reversed == ReversedFit::kClearlyBetter ||
-                           (agreement_ != ImuAgreement::kConsistent && solution.error > 0.0 &&
-                            solution.reversed == ReversedFit::kNotBetter);
-  if (auto finding = start_.Update(solution, contradiction && by_readings)) {
+  if (auto finding = start_.Update(solution, wrong_readings, agreement_)) {
     report.finding = std::move(finding);
   }
   if (solution.status != InitializationStatus::kReady) {

@@ -36,8 +36,15 @@ SensorFinding ContradictedStart(const InitializationReport& solution) {
 }  // namespace
 
 std::optional<SensorFinding> StartCheck::Update(const InitializationReport& solution,
-                                                bool is_contradicted) {
-  in_a_row_ = is_contradicted ? in_a_row_ + 1 : 0;
+                                                bool wrong_readings, ImuAgreement agreement) {
+  // A solution without an error could not be solved; a sign that fits better by little shows
+  // nothing.
+  const bool is_contradicted = solution.status == InitializationStatus::kInconsistent &&
+                               solution.error > 0.0 && agreement != ImuAgreement::kConsistent &&
+                               solution.reversed == ReversedFit::kNotBetter;
+  const bool counts =
+      is_contradicted || wrong_readings || solution.reversed == ReversedFit::kClearlyBetter;
+  in_a_row_ = counts ? in_a_row_ + 1 : 0;
   if (is_reported_ || in_a_row_ < kContradictions) return std::nullopt;
   is_reported_ = true;
   return ContradictedStart(solution);

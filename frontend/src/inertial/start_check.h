@@ -5,6 +5,7 @@
 #include <highwall/frontend/input/sensor_verdict.h>
 
 #include "inertial/inertial_initializer.h"
+#include "sensor/imu_hypotheses.h"
 
 namespace highwall {
 
@@ -12,9 +13,11 @@ namespace highwall {
 // never used because of that is a finding long before it is given up.
 class StartCheck {
  public:
-  // solution: the latest one. is_contradicted: its error is that of readings, not of poor images.
-  // Returns a finding once.
-  std::optional<SensorFinding> Update(const InitializationReport& solution, bool is_contradicted);
+  // solution: the latest one. wrong_readings: the readings alone are not of gravity's norm.
+  // agreement: as the configuration was judged last; one that is confirmed is contradicted by poor
+  // poses at most. Returns a finding once.
+  std::optional<SensorFinding> Update(const InitializationReport& solution, bool wrong_readings,
+                                      ImuAgreement agreement);
 
  private:
   int in_a_row_ = 0;
