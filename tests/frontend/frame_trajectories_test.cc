@@ -1,5 +1,6 @@
 #include "system/frame_trajectories.h"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <random>
@@ -132,6 +133,24 @@ TEST(FrameTrajectories, EachWorldIsSmoothedByItself) {
     ExpectNear(frames, SmoothPoses(measured));
     EXPECT_GT((frames[30].pose.p() - measured[30].T_WB.p()).norm(), 1e-5);
   }
+}
+
+TEST(FrameTrajectories, FramesThatAreFoundLaterTakeTheirPlaceByTime) {
+  TwoWorlds worlds;
+  const std::size_t before = worlds.Of(0).size();
+  const auto found_at = [&](Stamp stamp, std::size_t world) {
+    PosedFrame found{stamp, AnchoredPose::At(worlds.map, worlds.keyframes[world], Pose())};
+    found.information = 1e6F * ImageInformation::Identity();
+    return found;
+  };
+  worlds.trajectories.Insert({found_at(5, 0), found_at(40'000'000, 1), found_at(1LL << 40, 0)},
+                             worlds.map);
+  const std::vector<PosedFrame>& frames = worlds.trajectories.frames();
+  EXPECT_TRUE(std::ranges::is_sorted(frames, {}, &PosedFrame::stamp));
+  EXPECT_EQ(frames[1].stamp, 5);
+  EXPECT_EQ(frames.back().stamp, 1LL << 40);
+  EXPECT_EQ(worlds.Of(0).size(), before + 2);
+  EXPECT_EQ(worlds.trajectories.LargestWorld(worlds.map), worlds.submaps[0]);
 }
 
 TEST(FrameTrajectories, SmoothingAgainStartsFromTheMeasuredPoses) {

@@ -128,6 +128,44 @@ TEST_F(SlamSubmapTest, WithoutSubmapsItIsLostUntilItComesBack) {
   EXPECT_TRUE(HasPose(run.results.back().state)) << "it is back where it began";
 }
 
+TEST_F(SlamSubmapTest, FramesOfADroppedSubmapAreFoundAtTheEnd) {
+  constexpr std::size_t kBegin = 30, kEnd = 33;  // too few for a submap that is kept
+  Run run(Options());
+  run.Track(kBegin, kEnd);
+  run.Track(kCovered, Images().size());  // covered, carried, and back at the beginning in the end
+  const auto first_stamp = [&] { return run.slam.trajectory().front().stamp; };
+  EXPECT_GT(first_stamp(), Images()[kCovered + kDark - 1].stamp) << "it was dropped";
+  run.slam.Finish();
+  EXPECT_EQ(first_stamp(), Images()[kBegin].stamp);
+  EXPECT_EQ(run.slam.trajectory()[kEnd - kBegin - 1].stamp, Images()[kEnd - 1].stamp);
+  // As for the merged submaps above.
+  EXPECT_LT(AbsolutePoseError(walk_->truth, run.slam.trajectory()).statistics.max, 0.03);
+}
+
+TEST_F(SlamSubmapTest, LostFramesThatTheMapShowsByTheEndAreFoundThen) {
+  SlamOptions options = Options();
+  options.submaps.enabled = false;
+  options.refinement.waiting = 1000;
+  Run run(options);
+  run.TrackAll();
+  std::set<Stamp> tracked;
+  for (const StampedPose& pose : run.slam.trajectory()) tracked.insert(pose.stamp);
+  run.slam.Finish();
+  const Trajectory trajectory = run.slam.trajectory();
+  std::size_t found = 0;
+  for (std::size_t i = 0; i < run.results.size(); ++i) {
+    const Stamp stamp = run.results[i].stamp;
+    if (tracked.contains(stamp)) continue;
+    const bool has_pose =
+        std::ranges::find(trajectory, stamp, &StampedPose::stamp) != trajectory.end();
+    if (has_pose) ++found;
+    if (i >= kCovered && i < kCovered + kDark) EXPECT_FALSE(has_pose) << i << ": dark";
+  }
+  EXPECT_GT(found, 0U);
+  EXPECT_EQ(trajectory.size(), tracked.size() + found);
+  EXPECT_LT(AbsolutePoseError(walk_->truth, trajectory).statistics.max, 0.03);
+}
+
 TEST_F(SlamSubmapTest, ApartTheyAreTwoTrajectoriesTheLargerFirst) {
   Run run(Options());
   run.Track(0, 60);  // before the camera returns

@@ -9,4 +9,11 @@ std::size_t BytesOf(const FrameFeatures& features) {
          BytesOf(features.gray_grid) + BytesOf(features.gray);
 }
 
+std::shared_ptr<const FrameFeatures> WithoutImages(const FrameFeatures& features) {
+  auto without = std::make_shared<FrameFeatures>(features);
+  without->gray.release();
+  without->gray_grid.release();
+  return without;
+}
+
 }  // namespace highwall

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include <opencv2/core/mat.hpp>
@@ -18,5 +19,8 @@ std::size_t BytesOf(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
 }
 std::size_t BytesOf(const FrameFeatures& features);
+
+// Returns the features without the images, for frames that are kept for later.
+std::shared_ptr<const FrameFeatures> WithoutImages(const FrameFeatures& features);
 
 }  // namespace highwall

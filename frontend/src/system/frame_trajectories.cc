@@ -61,6 +61,15 @@ void FrameTrajectories::Add(const PosedFrame& frame, SubmapId submap) {
   ++number_in_[submap];
 }
 
+void FrameTrajectories::Insert(const std::vector<PosedFrame>& found, const Map& map) {
+  const auto tracked = static_cast<std::ptrdiff_t>(frames_.size());
+  for (const PosedFrame& frame : found) {
+    const KeyFrameId active = map.ActiveKeyFrameOf(frame.pose.reference)->first;
+    Add(frame, map.keyframe(active)->submap);
+  }
+  std::ranges::inplace_merge(frames_, frames_.begin() + tracked, {}, &PosedFrame::stamp);
+}
+
 void FrameTrajectories::Forget(SubmapId submap, const Map& map) {
   number_in_.erase(submap);
   smoothed_.clear();

@@ -17,6 +17,8 @@ class FrameTrajectories {
  public:
   // Adds the newest frame. submap: of the active keyframe that it is anchored to.
   void Add(const PosedFrame& frame, SubmapId submap);
+  // Adds frames that were found later, ascending by stamp; none has the stamp of another one.
+  void Insert(const std::vector<PosedFrame>& found, const Map& map);
   // Removes the frames of a submap that was removed from the map.
   void Forget(SubmapId submap, const Map& map);
 

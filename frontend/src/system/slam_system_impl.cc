@@ -70,6 +70,8 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options, Sla
                                      : std::make_shared<StandardKeyFramePolicy>(options.keyframes)),
       refiner_(model_, sensor.camera, options.refinement, options.tracker, options.threads > 0, {},
                profile_),
+      lost_frames_(model_, sensor.camera, options.tracker,
+                   static_cast<std::size_t>(options.refinement.waiting), {}, profile_),
       mapper_(model_, options.mapper, options.threads > 0, {}, profile_),
       loop_closer_(model_, options.loops, options.threads, kGlobalAdjustment, profile_),
       factor_adjuster_(model_, options.factors, options.loops.graph, options.threads, profile_),
@@ -308,6 +310,7 @@ void SlamSystem::Impl::Report(const TrackedFrame& tracked,
   result.unobservable_directions = tracked.open;
   result.moving = ToImage(tracked.moving);
   if (!HasPose(tracked.state)) {
+    RememberLost(tracked, result.stamp);
     // If tracking was lost already, the reason is that of the previous image.
     if (!result.repeated) {
       lost_for_ = ReasonOf(tracked);
@@ -365,18 +368,6 @@ std::optional<PoseUncertainty> SlamSystem::Impl::UncertaintyOf(const TrackedFram
        .observers = MeanObservers(map_, tracked)});
   const double delay = ToSeconds(result.stamp - stamp);
   return delay > 0.0 ? UncertaintyEstimator::Predicted(of_image, delay) : of_image;
-}
-
-void SlamSystem::Impl::RefineFrames(FrameResult& result) {
-  const StageTimer timer(profile_, "refined frames", &result.times.mapping);
-  if (refiner_.HasResult()) refiner_.Finish(map_, tracked_.mutable_frames());
-  if (backlog_.IsEmpty() || refiner_.IsFull()) refiner_.Begin(map_, Knowledge());
-}
-
-ImageKnowledge SlamSystem::Impl::Knowledge() const {
-  ImageKnowledge knowledge{.pattern = depth_pattern_.pattern()};
-  if (options_.tracker.timing != FrameTimingMode::kIgnored) knowledge.timing = sensor_.timing();
-  return knowledge;
 }
 
 cv::Mat SlamSystem::Impl::ToImage(const cv::Mat& moving) const {
@@ -524,11 +515,7 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
       finish_factors();
     }
   });
-  refiner_.FinishAll(map_, Knowledge(), tracked_.mutable_frames());
-  if (options_.refinement.smooth) {
-    const StageTimer smoothing(profile_, "smoothing of frames");
-    tracked_.Smooth(map_, inertial_ ? std::optional(inertial_->T_BC()) : std::nullopt);
-  }
+  FinishFrames();
   Notify(reports);
   if (moved || MoveKeyframes(reports)) NotifyMoved();
   CheckLens(true);
@@ -566,6 +553,7 @@ std::vector<MemoryShare> SlamSystem::Impl::memory() const {
   std::vector<MemoryShare> shares = MemoryOf(map_);
   shares.push_back({"poses of frames", tracked_.MemoryBytes()});
   shares.push_back({"frames to be refined", refiner_.MemoryBytes()});
+  shares.push_back({"lost frames", lost_frames_.MemoryBytes()});
   shares.push_back({"keyframes to be mapped", release_.MemoryBytes()});
   return shares;
 }

@@ -31,6 +31,7 @@
 #include "system/stamp_sequence.h"
 #include "system/uncertainty_estimator.h"
 #include "tracking/frame_refiner.h"
+#include "tracking/lost_frames.h"
 #include "tracking/tracker.h"
 
 namespace highwall {
@@ -109,8 +110,14 @@ class SlamSystem::Impl {
   // Returns how uncertain the pose of a frame that was just tracked is; empty without a pose.
   std::optional<PoseUncertainty> UncertaintyOf(const TrackedFrame& tracked,
                                                const FrameResult& result);
+  // Keeps a frame without a pose, to be searched for at the end.
+  void RememberLost(const TrackedFrame& tracked, Stamp stamp);
+  // The same for the frames of the submap that is about to be dropped.
+  void RememberDropped();
   // Applies refined poses of earlier frames and starts the refinement of more.
   void RefineFrames(FrameResult& result);
+  // Refines those that wait, searches for the lost ones, and smooths the trajectory.
+  void FinishFrames();
   ImageKnowledge Knowledge() const;
 
   // Returns the dynamic mask in pixels, with its border; empty if there is none.
@@ -184,6 +191,7 @@ class SlamSystem::Impl {
   Tracker tracker_;
   std::shared_ptr<KeyFramePolicy> policy_;
   FrameRefiner refiner_;
+  LostFrames lost_frames_;
   LocalMapper mapper_;
   std::optional<InertialOdometry> inertial_;
   LoopCloser loop_closer_;

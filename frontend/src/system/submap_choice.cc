@@ -74,6 +74,7 @@ void SlamSystem::Impl::LeaveSubmap(FrameResult& result) {
   if (loop_closer_.IsClosing()) return;
   worker_.Drop(map_, submap_);
   result.drops_submap = map_.NumKeyFramesOf(submap_) > 0;
+  RememberDropped();
   map_.RemoveSubmap(submap_);
   tracked_.Forget(submap_, map_);
 }

@@ -7,7 +7,6 @@
 #include <stop_token>
 #include <utility>
 
-#include <highwall/frontend/pose/pose_solver.h>
 #include <highwall/internal/stage_timer.h>
 
 #include "features/corrected_depth.h"
@@ -24,14 +23,6 @@ namespace {
 constexpr std::size_t kBatch = 30;        // frames, so that the map is not copied for each
 constexpr std::size_t kMostAtOnce = 100;  // frames, so that a copy of the map stays small
 constexpr double kEnough = 0.5;           // of the support that the frame was tracked with
-
-// Returns the features without the images, which the refinement does not use.
-std::shared_ptr<const FrameFeatures> WithoutImages(const FrameFeatures& features) {
-  auto without = std::make_shared<FrameFeatures>(features);
-  without->gray.release();
-  without->gray_grid.release();
-  return without;
-}
 
 int SupportOf(const TrackedFrame& frame) {
   return Support(frame.num_points, frame.num_lines);
@@ -151,12 +142,7 @@ class FrameRefiner::Job {
   }
 
   bool Solve(TrackedFrame* frame) const {
-    const LandmarkObservations seen = LandmarksSeen(model_, map_, *frame);
-    PoseSolverOptions options;
-    options.min_support = tracker_.min_support;
-    const auto solution = SolvePose(frame->T_WC, model_.projection(), seen, options);
-    if (solution) TakePose(seen, *solution, tracker_.degeneracy, frame);
-    return solution.has_value();
+    return SolveFromLandmarks(model_, map_, tracker_, frame);
   }
 
   Map map_;
@@ -200,6 +186,16 @@ void FrameRefiner::Add(const TrackedFrame& frame, const PosedFrame& posed,
     item.frame.moving.release();
   }
   waiting_.push_back(std::move(item));
+}
+
+std::optional<LostFrame> FrameRefiner::Withdraw(Stamp stamp) {
+  const auto item = std::ranges::find_if(waiting_, [&](const Item& waiting) {
+    return waiting.posed.stamp == stamp && waiting.refine;
+  });
+  if (item == waiting_.end()) return std::nullopt;
+  LostFrame lost{item->frame.frame, stamp, item->moved_by, item->pattern};
+  waiting_.erase(item);
+  return lost;
 }
 
 std::size_t FrameRefiner::MemoryBytes() const {

@@ -16,6 +16,7 @@
 
 #include "features/depth_grid.h"
 #include "features/row_times.h"
+#include "tracking/lost_frame.h"
 #include "tracking/tracked_frame.h"
 
 namespace highwall {
@@ -56,6 +57,9 @@ class FrameRefiner {
   // keyframe.
   void Add(const TrackedFrame& frame, const PosedFrame& posed, const RowMotion& moved_by,
            const DepthPattern& pattern, KeyFrameId newest);
+  // Removes the frame with this stamp, whose submap will be dropped; empty if none waits whose
+  // features are kept.
+  std::optional<LostFrame> Withdraw(Stamp stamp);
   // Returns whether more frames wait than FrameRefinementOptions::waiting.
   bool IsFull() const;
   // Begins if enough frames have waited long enough and no job is running.

@@ -84,13 +84,28 @@ void TakePose(const LandmarkObservations& seen, const PoseSolution& solution,
       FindUnobservableDirections(solution.information, solution.T_WC, solution.depth, degeneracy);
 }
 
+bool SolveFromLandmarks(const MeasurementModel& model, const Map& map,
+                        const TrackerOptions& options, TrackedFrame* tracked) {
+  const LandmarkObservations seen = LandmarksSeen(model, map, *tracked);
+  PoseSolverOptions solver;
+  solver.min_support = options.min_support;
+  const auto solution = SolvePose(tracked->T_WC, model.projection(), seen, solver);
+  if (solution) TakePose(seen, *solution, options.degeneracy, tracked);
+  return solution.has_value();
+}
+
+std::vector<KeyFrameId> ClosestObservers(const Map& map, const TrackedFrame& tracked, int most) {
+  std::vector<KeyFrameId> closest;
+  for (const auto& [id, shared] : map.Observers(tracked)) {
+    if (static_cast<int>(closest.size()) == most) break;
+    closest.push_back(id);
+  }
+  return closest;
+}
+
 PerKind<LandmarkIds> MatchAround(const MapMatcher& matcher, const Map& map, int most,
                                  TrackedFrame* tracked, LandmarksAround* around) {
-  std::vector<KeyFrameId> local;
-  for (const auto& [id, shared] : map.Observers(*tracked)) {
-    if (static_cast<int>(local.size()) == most) break;
-    local.push_back(id);
-  }
+  const std::vector<KeyFrameId> local = ClosestObservers(map, *tracked, most);
   if (around != nullptr) around->MoveTo(local);
   const FrameFeatures& features = *tracked->frame.features;
   PerKind<LandmarkIds> in_view;

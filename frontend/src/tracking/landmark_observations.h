@@ -9,6 +9,7 @@
 #include <highwall/frontend/map/measurement_model.h>
 #include <highwall/frontend/pose/pose_observations.h>
 #include <highwall/frontend/pose/pose_solver.h>
+#include <highwall/frontend/tracking/options.h>
 
 #include "map/map_matcher.h"
 #include "pose/degeneracy.h"
@@ -54,6 +55,14 @@ LandmarkObservations LandmarksSeen(const MeasurementModel& model, const Map& map
 // Sets the pose estimated from the observations; unmatches outliers.
 void TakePose(const LandmarkObservations& seen, const PoseSolution& solution,
               const DegeneracyOptions& degeneracy, TrackedFrame* tracked);
+
+// Estimates the pose from the landmarks that a frame is matched to, by images alone; unmatches
+// outliers. Returns false, and leaves the pose, if fewer than TrackerOptions::min_support agree.
+bool SolveFromLandmarks(const MeasurementModel& model, const Map& map,
+                        const TrackerOptions& options, TrackedFrame* tracked);
+
+// Returns the keyframes that share most landmarks with a frame, most first, at most `most`.
+std::vector<KeyFrameId> ClosestObservers(const Map& map, const TrackedFrame& tracked, int most);
 
 // Matches a partly matched frame with all landmarks of the keyframes that share most landmarks with
 // it, at most `most` keyframes. Returns the landmarks predicted to be visible from its pose,

@@ -12,7 +12,7 @@
 namespace highwall {
 namespace {
 
-constexpr std::size_t kCompared = 3;  // keyframes whose depth must be consistent with a frame's
+constexpr int kCompared = 3;  // keyframes whose depth must be consistent with a frame's
 
 std::size_t NumFeatures(const TrackedFrame& frame) {
   std::size_t features = 0;
@@ -133,12 +133,7 @@ bool PoseVerifier::FindsLittle(const LocalMatch& match) const {
 }
 
 bool PoseVerifier::Contradicts(const LocalMatch& match, const Map& map) const {
-  std::vector<KeyFrameId> views;
-  for (const auto& [id, shared] : map.Observers(match.frame)) {
-    if (views.size() == kCompared) break;
-    views.push_back(id);
-  }
-  return Contradicts(match.frame, views, map);
+  return Contradicts(match.frame, ClosestObservers(map, match.frame, kCompared), map);
 }
 
 bool PoseVerifier::Contradicts(const TrackedFrame& tracked, std::span<const KeyFrameId> views,

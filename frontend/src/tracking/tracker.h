@@ -75,6 +75,8 @@ class Tracker {
   Twist Motion(const PoseConstraint* predicted) const { return state_.Motion(predicted); }
   // Motion by which the rows of the latest frame were compensated.
   const RowMotion& moved_by() const { return moved_by_; }
+  // Mean match ratio (TrackedFrame::found) of the latest frames; 0: unknown.
+  double usual_match_ratio() const { return state_.mean_match_ratio; }
   // Follows a map that was transformed around here: p_new = T_new_old p_old.
   void Transform(const Pose& T_new_old);
 

@@ -6,6 +6,15 @@
 
 namespace highwall {
 
+bool IsReachable(const Pose& motion, double dt) {
+  // Above those of a hand that films, or of a vehicle before the scene of a depth camera.
+  constexpr double kMaxSpeed = 3.0, kMaxAngularSpeed = 6.0;  // [m/s], [rad/s]
+  constexpr double kLongestPause = 1.0;  // [s] stamps in another unit may be any time apart
+  if (!(dt > 0.0)) return false;
+  const Twist found = Twist::Between(motion, std::min(dt, kLongestPause));
+  return found.v.norm() <= kMaxSpeed && found.omega.norm() <= kMaxAngularSpeed;
+}
+
 double TrackerState::SinceLast(const Frame& frame) const {
   return ToSeconds(frame.stamp - last->frame.stamp);
 }
@@ -32,13 +41,7 @@ bool TrackerState::IsContinuous(const Twist& expected, const TrackedFrame& track
 }
 
 bool TrackerState::IsReachable(const TrackedFrame& tracked) const {
-  // Above those of a hand that films, or of a vehicle before the scene of a depth camera.
-  constexpr double kMaxSpeed = 3.0, kMaxAngularSpeed = 6.0;  // [m/s], [rad/s]
-  constexpr double kLongestPause = 1.0;  // [s] stamps in another unit may be any time apart
-  const double dt = std::min(SinceLast(tracked.frame), kLongestPause);
-  if (!(dt > 0.0)) return false;
-  const Twist found = Twist::Between(last->T_WC.Inverse() * tracked.T_WC, dt);
-  return found.v.norm() <= kMaxSpeed && found.omega.norm() <= kMaxAngularSpeed;
+  return highwall::IsReachable(last->T_WC.Inverse() * tracked.T_WC, SinceLast(tracked.frame));
 }
 
 std::vector<KeyFrameId> TrackerState::AroundReference(const Map& map, std::size_t most) const {

@@ -16,6 +16,9 @@
 
 namespace highwall {
 
+// Returns whether a camera can have moved so far within dt [s], by whatever motion.
+bool IsReachable(const Pose& motion, double dt);
+
 // What the tracker remembers between frames. Functions that take a frame need a last frame.
 struct TrackerState {
   std::optional<TrackedFrame> last;  // the last frame tracked
