@@ -165,6 +165,39 @@ TEST_F(PlanMergeTest, ALoopThatTiltsGravityIsRefusedWithTheAngle) {
   EXPECT_LT(Error(), 1e-12) << "and moved about the keyframe";
 }
 
+TEST_F(PlanMergeTest, ALoopMayTiltGravityWhereItsMatchesLeaveTheRotationUncertain) {
+  scene.map.SetGravity(down, kFirstSubmap);
+  scene.map.SetGravity(down, second);
+  LoopEdge tilt = edge;
+  tilt.Z = edge.Z * Pose::FromTangent({0, 0, 0}, {0.2, 0, 0});
+  tilt.covariance(5, 5) = 0.04;  // about the optical axis
+  EXPECT_FALSE(PlanMerge(scene.map, tilt, {}, &message));
+  tilt.covariance(5, 5) = 0.0;
+  tilt.covariance(3, 3) = 0.04;  // about the axis of the tilt: 0.2 rad
+  EXPECT_TRUE(PlanMerge(scene.map, tilt, {}, &message)) << message;
+}
+
+TEST_F(PlanMergeTest, TwoLoopsAgreeWithinWhatTheirMatchesKnow) {
+  const LoopEdge next{
+      .match = 22_kf, .keyframe = 25_kf, .Z = scene.truth[22].Inverse() * scene.truth[25]};
+  EXPECT_LT(MergeChi2(scene.map, edge, next, {}), 1e-18);  // the map is exact: rounding
+  // Off by 10 cm along x, with the errors of two loops, 2 cm and 10 mrad each: what the first one
+  // is uncertain by in rotation moves the next keyframe.
+  LoopEdge off = next;
+  off.Z = next.Z * Pose::FromTangent({0.1, 0, 0}, {0, 0, 0});
+  const double step = (scene.truth[25].p() - scene.truth[24].p()).norm();
+  const double least = 0.01 / (2.0 * 4e-4 + 1e-4 * step * step), most = 0.01 / (2.0 * 4e-4);
+  EXPECT_GE(MergeChi2(scene.map, edge, off, {}), least);
+  EXPECT_LE(MergeChi2(scene.map, edge, off, {}), most);
+  // Matches that leave x open to a metre agree with it, wherever the uncertain loop stands.
+  off.covariance(0, 0) = 1.0;
+  EXPECT_LT(MergeChi2(scene.map, edge, off, {}), 0.0101);
+  off.covariance.setZero();
+  LoopEdge uncertain = edge;
+  uncertain.covariance = Eigen::Matrix<double, 6, 6>::Identity();
+  EXPECT_LT(MergeChi2(scene.map, uncertain, off, {}), 0.0101);
+}
+
 // A person stands at different places in the two submaps.
 TEST_F(PlanMergeTest, DynamicObjectsDoNotContradictAPlace) {
   const DepthGrid grid(scene.model.camera());

@@ -47,12 +47,6 @@ PoseGraphEdgeKind KindBetween(std::int64_t i, std::int64_t j) {
   return std::abs(j - i) == 1 ? PoseGraphEdgeKind::kOdometry : PoseGraphEdgeKind::kLoop;
 }
 
-// Returns the covariance of a loop: that of the landmarks that matched, and of the map between its
-// views, which the options state.
-PoseCovariance CovarianceOf(const LoopEdge& loop, const KeyFrameGraphOptions& options) {
-  return loop.covariance + Covariance(options.loop_translation, options.loop_rotation);
-}
-
 // The inverse, symmetric to the last bit.
 PoseCovariance InformationOf(const PoseCovariance& covariance) {
   const PoseCovariance inverse = covariance.inverse();
@@ -252,6 +246,10 @@ class PresentEdges {
 };
 
 }  // namespace
+
+PoseCovariance CovarianceOf(const LoopEdge& loop, const KeyFrameGraphOptions& options) {
+  return loop.covariance + Covariance(options.loop_translation, options.loop_rotation);
+}
 
 PoseCovariance RelativeCovariance(const Map& map, const MeasurementModel& model,
                                   KeyFrameId reference, KeyFrameId keyframe) {

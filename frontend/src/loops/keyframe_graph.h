@@ -42,6 +42,10 @@ struct KeyFrameGraph {
   std::map<ReferenceFrameId, Pose> FramePoses() const;
 };
 
+// Returns the covariance of a loop: that of the landmarks that matched, and of the map between its
+// views, which the options state. Along the axes of the camera of loop.keyframe.
+PoseCovariance CovarianceOf(const LoopEdge& loop, const KeyFrameGraphOptions& options);
+
 // Returns the covariance of the pose of a keyframe relative to another one in the map, by what ties
 // them: what both observe (RelativeInformation), KeyFrame::image_motion and, in directions where
 // it is better, what each knew of its pose in the map around it (KeyFrame::covariance, within a

@@ -158,17 +158,10 @@ bool LoopDetector::Contradicts(const Map& map, const LoopEdge& edge) {
 }
 
 bool LoopDetector::Agrees(const Map& map, const LoopEdge& edge) {
-  const Pose& T_WC = map.keyframe(edge.keyframe)->T_WC;
-  const Pose measured = map.keyframe(edge.match)->T_WC * edge.Z;
-  MergeCandidate now{*map.RootOf(edge.keyframe), *map.RootOf(edge.match), measured * T_WC.Inverse(),
-                     1};
+  MergeCandidate now{*map.RootOf(edge.keyframe), *map.RootOf(edge.match), edge, 1};
   if (merge_candidate_ && merge_candidate_->own == now.own &&
       merge_candidate_->other == now.other) {
-    // The error of each is that of a loop.
-    const Pose between = (merge_candidate_->T_other_own * T_WC).Inverse() * measured;
-    const double translation = between.p().norm() / graph_.loop_translation;
-    const double rotation = between.Angle() / graph_.loop_rotation;
-    const double chi2 = 0.5 * (translation * translation + rotation * rotation);
+    const double chi2 = MergeChi2(map, merge_candidate_->edge, edge, graph_);
     if (chi2 <= graph_.max_loop_chi2) {
       now.keyframes += merge_candidate_->keyframes;
     } else {

@@ -61,10 +61,10 @@ class LoopDetector {
     std::vector<KeyFrameId> keyframes;
     int votes = 0;
   };
-  // Transform between the worlds of two submaps, by consecutive keyframes.
+  // A transform between the worlds of two submaps that consecutive keyframes agree on.
   struct MergeCandidate {
     SubmapId own = kNoId, other = kNoId;  // roots
-    Pose T_other_own;
+    LoopEdge edge;                        // of the newest of them
     int keyframes = 0;
   };
   struct Candidates {

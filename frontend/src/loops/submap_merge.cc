@@ -3,9 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
+
 #include <highwall/core/error.h>
+#include <highwall/core/so3.h>
 #include <highwall/internal/number_text.h>
 
+#include "loops/keyframe_graph.h"
+#include "map/pose_covariance.h"
 #include "map/yaw_and_shift.h"
 
 namespace highwall {
@@ -15,6 +20,13 @@ namespace {
 constexpr double kGravitySigma = 0.02;
 constexpr double kMaxAngle = 0.8;  // [rad] between compared views
 constexpr double kChi2 = 10.828;   // of one degree of freedom, 99.9 %
+
+// Returns the variance [rad^2] of a loop's rotation about an axis of W. T_WC: of its keyframe.
+double VarianceAbout(const Eigen::Vector3d& axis_W, const LoopEdge& loop, const Pose& T_WC,
+                     const KeyFrameGraphOptions& options) {
+  const Eigen::Vector3d axis_C = T_WC.R().transpose() * axis_W.stableNormalized();
+  return axis_C.dot(CovarianceOf(loop, options).bottomRightCorner<3, 3>() * axis_C);
+}
 
 }  // namespace
 
@@ -38,8 +50,9 @@ std::optional<SubmapMerge> PlanMerge(const Map& map, const LoopEdge& loop,
 
   const Eigen::Vector3d up = merge.T_new_old.q() * Eigen::Vector3d::UnitZ();
   const double tilt = std::acos(std::clamp(up.z(), -1.0, 1.0));
-  const double variance =
-      2.0 * kGravitySigma * kGravitySigma + options.loop_rotation * options.loop_rotation;
+  const double variance = 2.0 * kGravitySigma * kGravitySigma +
+                          VarianceAbout(up.cross(Eigen::Vector3d::UnitZ()), loop,
+                                        moves_keyframe ? after : keyframe.T_WC, options);
   if (tilt * tilt > kChi2 * variance) {
     *message = "tilts gravity by " + FixedText(tilt * 180.0 / M_PI) + " deg, more than " +
                FixedText(std::sqrt(kChi2 * variance) * 180.0 / M_PI);
@@ -47,6 +60,20 @@ std::optional<SubmapMerge> PlanMerge(const Map& map, const LoopEdge& loop,
   }
   merge.T_new_old = YawAndShift(merge.T_new_old, before.p());
   return merge;
+}
+
+double MergeChi2(const Map& map, const LoopEdge& before, const LoopEdge& now,
+                 const KeyFrameGraphOptions& options) {
+  // Both place the newer keyframe in the world of the matches.
+  const Pose T_C_before =
+      map.ResolvePose(now.keyframe).Inverse() * map.ResolvePose(before.keyframe);
+  const Pose by_before = map.ResolvePose(before.match) * before.Z * T_C_before.Inverse();
+  const Pose between = by_before.Inverse() * map.ResolvePose(now.match) * now.Z;
+  Eigen::Matrix<double, 6, 1> error;
+  error << between.p(), so3::Log(between.q());
+  const PoseCovariance covariance =
+      CovarianceOf(now, options) + CarriedTo(T_C_before, CovarianceOf(before, options));
+  return error.dot(covariance.llt().solve(error));
 }
 
 std::optional<double> MergeContradiction(const Map& map, const SubmapMerge& merge,

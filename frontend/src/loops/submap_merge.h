@@ -18,6 +18,12 @@ namespace highwall {
 std::optional<SubmapMerge> PlanMerge(const Map& map, const LoopEdge& loop,
                                      const KeyFrameGraphOptions& options, std::string* message);
 
+// Returns the squared Mahalanobis distance (6 degrees of freedom) between the transforms that two
+// loops between the same two unconnected submaps measure, each with the error of a loop
+// (CovarianceOf). Throws as Map::ResolvePose.
+double MergeChi2(const Map& map, const LoopEdge& before, const LoopEdge& now,
+                 const KeyFrameGraphOptions& options);
+
 // Returns the share of overlapping depth of the two submaps that contradicts the merge
 // (DepthComparison); empty if the overlap is small.
 std::optional<double> MergeContradiction(const Map& map, const SubmapMerge& merge,
