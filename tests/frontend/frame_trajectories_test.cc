@@ -137,6 +137,7 @@ TEST(FrameTrajectories, EachWorldIsSmoothedByItself) {
 
 TEST(FrameTrajectories, FramesThatAreFoundLaterTakeTheirPlaceByTime) {
   TwoWorlds worlds;
+  worlds.trajectories.Smooth(worlds.map, std::nullopt);
   const std::size_t before = worlds.Of(0).size();
   const auto found_at = [&](Stamp stamp, std::size_t world) {
     PosedFrame found{stamp, AnchoredPose::At(worlds.map, worlds.keyframes[world], Pose())};
@@ -151,6 +152,8 @@ TEST(FrameTrajectories, FramesThatAreFoundLaterTakeTheirPlaceByTime) {
   EXPECT_EQ(frames.back().stamp, 1LL << 40);
   EXPECT_EQ(worlds.Of(0).size(), before + 2);
   EXPECT_EQ(worlds.trajectories.LargestWorld(worlds.map), worlds.submaps[0]);
+  // Poses smoothed before are not those of the frames that have their numbers now.
+  EXPECT_LT(worlds.Of(0)[1].pose.p().norm(), 1e-12);
 }
 
 TEST(FrameTrajectories, SmoothingAgainStartsFromTheMeasuredPoses) {

@@ -62,6 +62,7 @@ void FrameTrajectories::Add(const PosedFrame& frame, SubmapId submap) {
 }
 
 void FrameTrajectories::Insert(const std::vector<PosedFrame>& found, const Map& map) {
+  if (!found.empty()) smoothed_.clear();
   const auto tracked = static_cast<std::ptrdiff_t>(frames_.size());
   for (const PosedFrame& frame : found) {
     const KeyFrameId active = map.ActiveKeyFrameOf(frame.pose.reference)->first;
