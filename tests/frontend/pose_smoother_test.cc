@@ -147,6 +147,32 @@ TEST(MotionNoise, IsUnknownOfFewPosesOrOfPosesThatStateNothing) {
   EXPECT_FALSE(EstimateMotionNoise(recording.measured));
 }
 
+// A motion to and fro, once a second, of a camera with images `step` apart.
+Recording ToAndFro(int frames, double step, unsigned seed) {
+  std::mt19937 rng(seed);
+  Recording recording;
+  for (int i = 0; i < frames; ++i) {
+    const double angle = 2.0 * M_PI * i * step;
+    recording.Add(i * step,
+                  Pose(so3::Exp({0, 0.15 * std::sin(angle), 0}), {0.1 * std::cos(angle), 0, 0}),
+                  kPosition, kRotation, Information(kPosition, kRotation), rng);
+  }
+  return recording;
+}
+
+TEST(MotionNoise, IsUnknownOfAMotionThatReversesBetweenTheImages) {
+  EXPECT_TRUE(EstimateMotionNoise(ToAndFro(300, 0.1, 4).measured));
+  EXPECT_FALSE(EstimateMotionNoise(ToAndFro(300, 0.19, 4).measured));
+}
+
+TEST(PoseSmoother, AMotionThatReversesBetweenTheImagesStaysAsItIsMeasured) {
+  for (const unsigned seed : {5U, 6U}) {
+    const Recording recording = ToAndFro(300, 0.19, seed);
+    const double measured = PositionRmse(Measured(recording), recording.truth);
+    EXPECT_LE(PositionRmse(Smooth(recording.measured), recording.truth), measured) << seed;
+  }
+}
+
 TEST(PoseSmoother, ReducesTheErrorOfAHandsMotion) {
   const Recording recording = Hand(600, 4);
   const std::vector<Pose> smoothed = Smooth(recording.measured);

@@ -59,6 +59,11 @@ std::array<SecondDifferences, 2> Collect(std::span<const MeasuredPose> poses,
     const double before = ToSeconds(poses[b].stamp - poses[a].stamp);
     const double after = ToSeconds(poses[c].stamp - poses[b].stamp);
     if (std::max(before, after) > ConstantVelocity::kLongestPrediction) continue;
+    // A camera that reverses its motion in between has no random acceleration: what two steps then
+    // differ by would count as noise of the poses, which readings of an IMU do not need to predict.
+    if (poses[c].readings == nullptr && before + after > ConstantVelocity::kLongestPrediction) {
+      continue;
+    }
     const double ratio = after / before;
     if (ratio > 2.0 || ratio < 0.5) continue;             // a missing image
     const auto noise = [&](double StatedVariance::*of) {  // Eq. 7
