@@ -1,8 +1,11 @@
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "support/id_literals.h"
 #include "support/synthetic_scene.h"
 #include "tracking/relocalizer.h"
+#include "tracking/tracker_parameters.h"
 
 namespace highwall::relocalizer_test {
 namespace {
@@ -103,6 +106,43 @@ TEST_F(RelocalizerTest, NeedsNoMoreThanRansacFound) {
     EXPECT_GE(right, 20) << seed;
     EXPECT_LE(wrong, 1) << seed;  // by chance a landmark may have moved along its ray
   }
+}
+
+// Views that overlap little share few landmarks. The tracker takes that of the keyframe where the
+// camera was before, but not any place of the map.
+TEST_F(RelocalizerTest, FewerLandmarksSufficeInTheReferenceKeyframe) {
+  const TrackerParameters parameters;
+  int found_right = 0, found_anywhere = 0;
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    SceneMap shaken(scene);
+    for (const Pose& T_WC : kKeyFrames) shaken.Add(Look(scene, IdealSensor(), T_WC), T_WC);
+    const SyntheticView view =
+        Look(scene, IdealSensor(), kQuery, {.px = 0.7, .depth = true, .seed = seed});
+    std::vector<bool> stays(scene.points.size(), false);
+    int kept = 0;  // of the landmarks in both views
+    for (const int place : view.points) {
+      const auto i = static_cast<std::size_t>(place);
+      if (place < 0 || kept == 15) continue;
+      const auto& seen = shaken.map.keyframe(2_kf)->points;
+      if (std::find(seen.begin(), seen.end(), shaken.point_ids[i]) != seen.end()) {
+        stays[i] = true;
+        ++kept;
+      }
+    }
+    for (std::size_t i = 0; i < stays.size(); ++i) {
+      const PointId id = shaken.point_ids[i];
+      if (shaken.map.Find(id) != nullptr && !stays[i]) shaken.map.Remove(id);
+    }
+    const auto match = [&](const RelocalizerOptions& options) {
+      return Relocalizer(model, options)
+          .MatchKeyFrame(*view.features, shaken.map, 2_kf, kKeyFrames[2]);
+    };
+    found_anywhere += match(parameters.relocalizer) ? 1 : 0;
+    const auto found = match(parameters.reference);
+    if (found && PositionError(found->T_WC, kQuery) < 0.05) ++found_right;
+  }
+  EXPECT_GE(found_right, 5);
+  EXPECT_EQ(found_anywhere, 0);
 }
 
 // Corners of a blurred image are four times as uncertain as those of a sharp one.

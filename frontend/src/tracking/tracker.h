@@ -107,6 +107,7 @@ class Tracker {
   TrackerState state_;
   MapMatcher matcher_;
   Relocalizer relocalizer_;
+  Relocalizer reference_matcher_;
   DynamicFeatures moving_;
   FrameSolver solver_;
   PoseVerifier verifier_;

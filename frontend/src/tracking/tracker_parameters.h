@@ -9,6 +9,9 @@ namespace highwall {
 // Parameters of Tracker that are no options of a user.
 struct TrackerParameters {
   RelocalizerOptions relocalizer{};
+  // Of the last frame's reference keyframe: fewer inliers suffice than for any place of the map,
+  // since all landmarks around must then confirm the pose.
+  RelocalizerOptions reference{.min_inliers = 12};
   DynamicObjectParameters moving{};
   double min_correlation = kMinGreyCorrelation;  // [0, 1): of DirectAligner
   // Repeated patterns can produce a false pose that a few matches support and most are inconsistent
