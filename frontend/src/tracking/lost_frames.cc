@@ -39,6 +39,7 @@ LostFrames::LostFrames(const MeasurementModel& model, const PinholeCamera& camer
       profile_(profile),
       matcher_(model),
       relocalizer_(model, parameters.relocalizer),
+      reference_matcher_(model, parameters.reference),
       grid_(model.camera()) {}
 
 void LostFrames::Add(LostFrame lost) {
@@ -133,7 +134,8 @@ std::optional<TrackedFrame> LostFrames::Search(const Map& map, const Neighbours&
     for (const KeyFrameId id :
          WithNeighbours(map, neighbour->reference, kSharedByPlace, kAroundReference)) {
       const Pose& guess = map.keyframe(id)->T_WC;
-      if (auto found = verified(relocalizer_.MatchKeyFrame(*lost.frame.features, map, id, guess))) {
+      if (auto found =
+              verified(reference_matcher_.MatchKeyFrame(*lost.frame.features, map, id, guess))) {
         return found;
       }
     }

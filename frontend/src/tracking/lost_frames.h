@@ -82,7 +82,7 @@ class LostFrames {
   const TrackerParameters parameters_;
   RunProfile* const profile_;
   const MapMatcher matcher_;
-  const Relocalizer relocalizer_;
+  const Relocalizer relocalizer_, reference_matcher_;
   const DepthGrid grid_;
   std::vector<LostFrame> lost_;
 };
