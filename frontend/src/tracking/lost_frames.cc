@@ -119,28 +119,28 @@ std::optional<PosedFrame> LostFrames::FindOne(const Map& map, const ImageKnowled
 std::optional<TrackedFrame> LostFrames::Search(const Map& map, const Neighbours& around,
                                                const LostFrame& lost) const {
   if (auto rough = Interpolated(map, around, lost.frame)) {
-    if (auto found = Verified(map, around, lost, *std::move(rough))) return found;
+    if (auto found = Verified(map, around, lost, *std::move(rough), PoseOrigin::kMotion)) {
+      return found;
+    }
   }
-  const auto verified = [&](const std::optional<Relocalization>& match) {
+  const auto verified = [&](const std::optional<Relocalization>& match, PoseOrigin origin) {
     if (!match) return std::optional<TrackedFrame>();
     TrackedFrame rough = Unmatched(lost.frame, match->T_WC);
     ForEachKind([&]<class Landmark>() {
       Apply(PartOf<Landmark>(match->matches), PartOf<Landmark>(rough));
     });
-    return Verified(map, around, lost, std::move(rough));
+    return Verified(map, around, lost, std::move(rough), origin);
   };
   for (const std::optional<Neighbour>& neighbour : {around.before, around.after}) {
     if (!neighbour) continue;
     for (const KeyFrameId id :
          WithNeighbours(map, neighbour->reference, kSharedByPlace, kAroundReference)) {
-      const Pose& guess = map.keyframe(id)->T_WC;
-      if (auto found =
-              verified(reference_matcher_.MatchKeyFrame(*lost.frame.features, map, id, guess))) {
-        return found;
-      }
+      const auto match =
+          reference_matcher_.MatchKeyFrame(*lost.frame.features, map, id, map.keyframe(id)->T_WC);
+      if (auto found = verified(match, PoseOrigin::kReference)) return found;
     }
   }
-  return verified(relocalizer_.Relocalize(*lost.frame.features, map));
+  return verified(relocalizer_.Relocalize(*lost.frame.features, map), PoseOrigin::kPlace);
 }
 
 std::optional<TrackedFrame> LostFrames::Interpolated(const Map& map, const Neighbours& around,
@@ -156,7 +156,6 @@ std::optional<TrackedFrame> LostFrames::Interpolated(const Map& map, const Neigh
   TrackedFrame rough = Unmatched(frame, before->T_WC * motion.Over(part));
   const KeyFrameId nearer = part < 0.5 * whole ? before->reference : after->reference;
   const KeyFrame& keyframe = *map.keyframe(nearer);
-  rough.points.assign(rough.points.size(), kNoId);
   Apply(matcher_.MatchLast(*frame.features, rough.T_WC, map, *keyframe.frame.features,
                            keyframe.points, kWide),
         rough.points);
@@ -167,7 +166,8 @@ std::optional<TrackedFrame> LostFrames::Interpolated(const Map& map, const Neigh
 }
 
 std::optional<TrackedFrame> LostFrames::Verified(const Map& map, const Neighbours& around,
-                                                 const LostFrame& lost, TrackedFrame rough) const {
+                                                 const LostFrame& lost, TrackedFrame rough,
+                                                 PoseOrigin origin) const {
   const PerKind<LandmarkIds> in_view = MatchAround(matcher_, map, options_.local_keyframes, &rough);
   if (!SolveFromLandmarks(model_, map, options_, &rough) || !rough.open.empty()) {
     return std::nullopt;
@@ -179,17 +179,14 @@ std::optional<TrackedFrame> LostFrames::Verified(const Map& map, const Neighbour
   rough.reference = views.front();
   const double found =
       Support(rough.num_points, rough.num_lines) / static_cast<double>(MatchedSupport(in_view));
-  switch (ReachOf(map, around, rough)) {
-    case Reach::kReachable:
-      return rough;
-    case Reach::kUnknown:
-      // It may be a similar place instead.
-      if (found >= parameters_.recognized_found * lost.usual_match_ratio) return rough;
-      break;
-    case Reach::kUnreachable:
-      break;
+  const Reach reach = ReachOf(map, around, rough);
+  if (reach == Reach::kUnreachable) return std::nullopt;
+  // It may be a similar place instead.
+  const bool is_doubtful = origin == PoseOrigin::kPlace || reach == Reach::kUnknown;
+  if (is_doubtful && found < parameters_.recognized_found * lost.usual_match_ratio) {
+    return std::nullopt;
   }
-  return std::nullopt;
+  return rough;
 }
 
 LostFrames::Reach LostFrames::ReachOf(const Map& map, const Neighbours& around,

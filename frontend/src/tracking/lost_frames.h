@@ -16,6 +16,7 @@
 #include "map/map_matcher.h"
 #include "tracking/frame_refiner.h"
 #include "tracking/lost_frame.h"
+#include "tracking/pose_hypothesis.h"
 #include "tracking/relocalizer.h"
 #include "tracking/tracked_frame.h"
 #include "tracking/tracker_parameters.h"
@@ -26,9 +27,10 @@ class RunProfile;
 
 // Keeps the features of frames without a pose, and searches for their poses at the end, when the
 // map holds what came after them: from the pose that the frames before and after imply, by the
-// descriptors of their keyframes, and by the index of places. A pose counts where as much of the
-// map agrees as tracking demands of a recognized place, and where the camera can have come from the
-// frames before and after. (docs/tracking.md)
+// descriptors of their keyframes, and by the index of places. Depth must not contradict a pose, and
+// the camera must be able to have come from the frames before and after. A recognized place, and
+// where these frames are of another world or far away, must match as much of the map as tracking
+// demands of a recognized place. (docs/tracking.md)
 class LostFrames {
  public:
   // model: must outlive this. camera: with its distortion. most: frames kept, the newest ones.
@@ -71,7 +73,8 @@ class LostFrames {
                                            const Frame& frame) const;
   // Matches the landmarks around and re-estimates the pose; empty if it is refuted.
   std::optional<TrackedFrame> Verified(const Map& map, const Neighbours& around,
-                                       const LostFrame& lost, TrackedFrame rough) const;
+                                       const LostFrame& lost, TrackedFrame rough,
+                                       PoseOrigin origin) const;
   static Reach ReachOf(const Map& map, const Neighbours& around, const TrackedFrame& found);
   static Neighbours Around(const Map& map, std::span<const PosedFrame> frames, Stamp stamp);
 
