@@ -159,7 +159,9 @@ TEST_F(SlamSubmapTest, LostFramesThatTheMapShowsByTheEndAreFoundThen) {
     const bool has_pose =
         std::ranges::find(trajectory, stamp, &StampedPose::stamp) != trajectory.end();
     if (has_pose) ++found;
-    if (i >= kCovered && i < kCovered + kDark) EXPECT_FALSE(has_pose) << i << ": dark";
+    if (i >= kCovered && i < kCovered + kDark) {
+      EXPECT_FALSE(has_pose) << i << ": dark";
+    }
   }
   EXPECT_GT(found, 0U);
   EXPECT_EQ(trajectory.size(), tracked.size() + found);
