@@ -108,7 +108,8 @@ void ExpectSound(const SlamSystem& system, const std::vector<FrameResult>& resul
     kept += submap.frames.size();
     for (const StampedPose& pose : submap.frames) EXPECT_TRUE(pose.pose.IsFinite());
   }
-  EXPECT_EQ(kept, with_pose) << "no pose is lost but with its submap";
+  EXPECT_GE(kept, with_pose) << "no pose is lost but with its submap";
+  EXPECT_LE(kept, results.size()) << "lost frames may be found at the end";
   EXPECT_FALSE(system.keyframe_trajectory().empty());
 }
 
