@@ -41,14 +41,24 @@ class LostFramesTest : public TrackerTest {
   double Error(const PosedFrame& found, const Pose& truth) const {
     return PositionError(found.pose.T_WC(scene_map.map), truth);
   }
-  // frames: those with a pose.
+  PosedFrame Posed(Stamp stamp, const Pose& T_WC) const {
+    PosedFrame posed;
+    posed.stamp = stamp;
+    posed.pose = AnchoredPose::At(scene_map.map, keyframe_, T_WC);
+    return posed;
+  }
+  // A pose that its image does not state.
+  PosedFrame Predicted(Stamp stamp, const Pose& T_WC) const {
+    PosedFrame posed = Posed(stamp, T_WC);
+    posed.information = ImageInformation::Zero();
+    return posed;
+  }
+  // frames: those with a pose that their images state.
   std::vector<PosedFrame> Find(LostFrames& lost, const Trajectory& frames,
                                const ImageKnowledge& knowledge = {}) const {
     std::vector<PosedFrame> posed;
-    for (const auto& [stamp, T_WC] : frames) {
-      posed.push_back({stamp, AnchoredPose::At(scene_map.map, keyframe_, T_WC)});
-    }
-    return lost.Find(scene_map.map, knowledge, posed);
+    for (const auto& [stamp, T_WC] : frames) posed.push_back(Posed(stamp, T_WC));
+    return lost.Find(scene_map.map, knowledge, posed, 1.0);
   }
 
   const KeyFrameId keyframe_;
@@ -142,15 +152,43 @@ TEST_F(LostFramesTest, CompensatesRowsByTheMotionOfItsNeighbours) {
   EXPECT_LT(errors[1], 0.15 * errors[0]);  // rows move by the first order of the motion
 }
 
-TEST_F(LostFramesTest, ALateImageIsPosedAtTheTimeOfItsColour) {
+TEST_F(LostFramesTest, ALateImageIsFoundAtTheTimeOfItsColourAndPredictedToItsStamp) {
   LostFrame late = Lost(View(PoseOfFrame(10)), StampOf(10));
   late.stamp = StampOf(11);
   LostFrames lost = Make();
   lost.Add(late);
-  const auto found = Find(lost, {{StampOf(20), PoseOfFrame(20)}});
+  const auto found = Find(lost, {{StampOf(9), PoseOfFrame(9)}, {StampOf(12), PoseOfFrame(12)}});
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].stamp, StampOf(11));
   EXPECT_EQ(found[0].measured_at(), StampOf(10));
+  EXPECT_LT(PositionError(found[0].measured().T_WC(scene_map.map), PoseOfFrame(10)), kExact);
+  // The motion is the mean of three frames, of a path with accelerations of millimetres a frame^2.
+  EXPECT_GT(PositionError(PoseOfFrame(10), PoseOfFrame(11)), 0.01);
+  EXPECT_LT(Error(found[0], PoseOfFrame(11)), 0.004);
+}
+
+TEST_F(LostFramesTest, PredictedPosesOfOtherFramesSayNothing) {
+  const Pose far = Pose::FromTangent({10, 0, 0}, {0, 0, 0});
+  LostFrames lost = Make();
+  lost.Add(Lost(View(PoseOfFrame(10)), StampOf(10)));
+  // Of the time of the image itself, as where a late image follows one that repeats another, and
+  // beside it.
+  const std::vector<PosedFrame> frames{
+      Posed(StampOf(8), PoseOfFrame(8)), Predicted(StampOf(9), far), Predicted(StampOf(10), far),
+      Predicted(StampOf(11), far), Posed(StampOf(12), PoseOfFrame(12))};
+  const auto found = lost.Find(scene_map.map, {}, frames, 1.0);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_LT(Error(found[0], PoseOfFrame(10)), kExact);
+}
+
+TEST_F(LostFramesTest, AFrameFromBeforeTheUsualMatchRatioWasKnownIsJudgedByThatOfTheEnd) {
+  for (const double usual : {1.0, 3.0}) {  // half of the latter is more than any frame has
+    LostFrames lost = Make();
+    LostFrame first = Lost(View(PoseOfFrame(10)), StampOf(10));
+    first.usual_match_ratio = 0.0;
+    lost.Add(first);
+    EXPECT_EQ(lost.Find(scene_map.map, {}, {}, usual).size(), usual == 1.0 ? 1u : 0u);
+  }
 }
 
 }  // namespace

@@ -44,7 +44,8 @@ void SlamSystem::Impl::RememberDropped() {
 
 void SlamSystem::Impl::FinishFrames() {
   refiner_.FinishAll(map_, Knowledge(), tracked_.mutable_frames());
-  tracked_.Insert(lost_frames_.Find(map_, Knowledge(), tracked_.frames()), map_);
+  tracked_.Insert(
+      lost_frames_.Find(map_, Knowledge(), tracked_.frames(), tracker_.usual_match_ratio()), map_);
   if (!options_.refinement.smooth) return;
   const StageTimer timer(profile_, "smoothing of frames");
   tracked_.Smooth(map_, inertial_ ? std::optional(inertial_->T_BC()) : std::nullopt);

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <utility>
 
-#include <highwall/frontend/features/twist.h>
 #include <highwall/internal/stage_timer.h>
 
 #include "features/corrected_depth.h"
@@ -20,7 +20,6 @@
 namespace highwall {
 namespace {
 
-constexpr int kLookedInto = 3;  // keyframes whose depth must be consistent with a frame's
 // Multiple of the search window: an interpolated pose is less certain than a predicted one.
 constexpr double kWide = 2.0;
 constexpr int kAroundReference = 2;  // keyframes beside the reference of a frame before or after
@@ -56,16 +55,18 @@ std::size_t LostFrames::MemoryBytes() const {
 }
 
 std::vector<PosedFrame> LostFrames::Find(const Map& map, const ImageKnowledge& knowledge,
-                                         std::span<const PosedFrame> frames) {
+                                         std::span<const PosedFrame> frames,
+                                         double usual_match_ratio) {
   const StageTimer timer(profile_, "search for lost frames");
   std::vector<LostFrame> lost = std::exchange(lost_, {});
   std::ranges::stable_sort(lost, {}, &LostFrame::stamp);
   std::vector<PosedFrame> found;
   for (LostFrame& one : lost) {
-    Neighbours around = Around(map, frames, one.stamp);
-    // A frame that was just found is nearer than those that were tracked.
+    if (one.usual_match_ratio == 0.0) one.usual_match_ratio = usual_match_ratio;
+    Neighbours around = Around(map, frames, one.frame.stamp);
+    // A frame that was just found may be nearer than those that were tracked.
     if (!found.empty()) {
-      const Neighbours nearer = Around(map, found, one.stamp);
+      const Neighbours nearer = Around(map, found, one.frame.stamp);
       if (!around.before || (nearer.before && nearer.before->stamp > around.before->stamp)) {
         around.before = nearer.before;
       }
@@ -79,6 +80,9 @@ std::vector<PosedFrame> LostFrames::Find(const Map& map, const ImageKnowledge& k
 
 LostFrames::Neighbours LostFrames::Around(const Map& map, std::span<const PosedFrame> frames,
                                           Stamp stamp) {
+  const auto is_predicted = [](const PosedFrame& frame) {
+    return frame.information && frame.information->isZero(0.0F);
+  };
   const auto neighbour = [&](const PosedFrame& frame) -> std::optional<Neighbour> {
     const KeyFrameId reference = frame.measured().reference;
     const auto active = map.ActiveKeyFrameOf(reference);
@@ -86,11 +90,24 @@ LostFrames::Neighbours LostFrames::Around(const Map& map, std::span<const PosedF
     return Neighbour{frame.measured_at(), frame.measured().T_WC(map), active->first,
                      *map.RootOf(reference)};
   };
-  const auto after = std::ranges::lower_bound(frames, stamp, {}, &PosedFrame::stamp);
+  const auto at = std::ranges::lower_bound(frames, stamp, {}, &PosedFrame::stamp);
+  const auto after = std::find_if(at, frames.end(), [&](const PosedFrame& frame) {
+    return !is_predicted(frame) && frame.measured_at() > stamp;
+  });
+  const auto before = std::find_if(
+      std::reverse_iterator(at), frames.rend(),
+      [&](const PosedFrame& frame) { return !is_predicted(frame) && frame.measured_at() < stamp; });
   Neighbours around;
-  if (after != frames.begin()) around.before = neighbour(*(after - 1));
+  if (before != frames.rend()) around.before = neighbour(*before);
   if (after != frames.end()) around.after = neighbour(*after);
   return around;
+}
+
+std::optional<Twist> LostFrames::Neighbours::Motion() const {
+  if (!before || !after || before->root != after->root) return std::nullopt;
+  const double dt = ToSeconds(after->stamp - before->stamp);
+  if (!(dt > 0.0 && dt <= ConstantVelocity::kLongestPrediction)) return std::nullopt;
+  return Twist::Between(before->T_WC.Inverse() * after->T_WC, dt);
 }
 
 std::optional<PosedFrame> LostFrames::FindOne(const Map& map, const ImageKnowledge& knowledge,
@@ -98,11 +115,9 @@ std::optional<PosedFrame> LostFrames::FindOne(const Map& map, const ImageKnowled
   DepthPattern more = knowledge.pattern;
   more.nodes -= lost.pattern.nodes;
   if (!more.IsZero()) lost.frame.features = CorrectedDepth(*lost.frame.features, camera_, more);
-  const bool between = around.before && around.after && around.before->root == around.after->root;
-  const double dt = between ? ToSeconds(around.after->stamp - around.before->stamp) : 0.0;
-  if (knowledge.timing && dt > 0.0 && dt <= ConstantVelocity::kLongestPrediction) {
-    RowMotion now{*knowledge.timing,
-                  Twist::Between(around.before->T_WC.Inverse() * around.after->T_WC, dt)};
+  const std::optional<Twist> motion = around.Motion();
+  if (knowledge.timing && motion) {
+    RowMotion now{*knowledge.timing, *motion};
     now.timing.depth_delay += lost.frame.depth_delay;
     lost.frame.features =
         MovedOtherwise(*lost.frame.features, model_.camera(), grid_, lost.moved_by, now);
@@ -112,7 +127,13 @@ std::optional<PosedFrame> LostFrames::FindOne(const Map& map, const ImageKnowled
   PosedFrame posed{lost.stamp, AnchoredPose::At(map, found->reference, found->T_WC),
                    InformationInCamera(found->information, found->T_WC)};
   posed.delay = lost.stamp - lost.frame.stamp;
-  if (posed.delay > 0) posed.by_image = posed.pose;
+  if (posed.delay > 0) {  // its pose at the stamp is predicted from that of its late image
+    posed.by_image = posed.pose;
+    if (motion) {
+      posed.pose = AnchoredPose::At(map, found->reference,
+                                    found->T_WC * motion->Over(ToSeconds(posed.delay)));
+    }
+  }
   return posed;
 }
 
@@ -145,16 +166,12 @@ std::optional<TrackedFrame> LostFrames::Search(const Map& map, const Neighbours&
 
 std::optional<TrackedFrame> LostFrames::Interpolated(const Map& map, const Neighbours& around,
                                                      const Frame& frame) const {
+  const std::optional<Twist> motion = around.Motion();
+  if (!motion) return std::nullopt;
   const auto& [before, after] = around;
-  if (!before || !after || before->root != after->root) return std::nullopt;
-  const double whole = ToSeconds(after->stamp - before->stamp);
-  const double part = ToSeconds(frame.stamp - before->stamp);
-  if (!(part > 0.0 && part < whole && whole <= ConstantVelocity::kLongestPrediction)) {
-    return std::nullopt;
-  }
-  const Twist motion = Twist::Between(before->T_WC.Inverse() * after->T_WC, whole);
-  TrackedFrame rough = Unmatched(frame, before->T_WC * motion.Over(part));
-  const KeyFrameId nearer = part < 0.5 * whole ? before->reference : after->reference;
+  const Stamp since = frame.stamp - before->stamp, until = after->stamp - frame.stamp;
+  TrackedFrame rough = Unmatched(frame, before->T_WC * motion->Over(ToSeconds(since)));
+  const KeyFrameId nearer = since < until ? before->reference : after->reference;
   const KeyFrame& keyframe = *map.keyframe(nearer);
   Apply(matcher_.MatchLast(*frame.features, rough.T_WC, map, *keyframe.frame.features,
                            keyframe.points, kWide),
@@ -172,7 +189,7 @@ std::optional<TrackedFrame> LostFrames::Verified(const Map& map, const Neighbour
   if (!SolveFromLandmarks(model_, map, options_, &rough) || !rough.open.empty()) {
     return std::nullopt;
   }
-  const std::vector<KeyFrameId> views = ClosestObservers(map, rough, kLookedInto);
+  const std::vector<KeyFrameId> views = ClosestObservers(map, rough, parameters_.recognized_views);
   const auto contradiction = DepthContradiction(rough.frame.features->depth_grid, rough.T_WC, views,
                                                 map, grid_, model_.depth_noise());
   if (contradiction && *contradiction > parameters_.recognized_contradiction) return std::nullopt;

@@ -7,6 +7,7 @@
 
 #include <highwall/core/camera.h>
 #include <highwall/core/stamp.h>
+#include <highwall/frontend/features/twist.h>
 #include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
@@ -33,7 +34,7 @@ class RunProfile;
 // demands of a recognized place. (docs/tracking.md)
 class LostFrames {
  public:
-  // model: must outlive this. camera: with its distortion. most: frames kept, the newest ones.
+  // model: must outlive this. camera: with its distortion. most: frames kept, those added last.
   // profile (null: none): must outlive this.
   LostFrames(const MeasurementModel& model, const PinholeCamera& camera,
              const TrackerOptions& options, std::size_t most,
@@ -42,9 +43,10 @@ class LostFrames {
   // Adds a frame, in any order. Frames without features are ignored.
   void Add(LostFrame lost);
   // Searches for all of them, and forgets them. frames: those with a pose, ascending by stamp.
-  // Returns those that were found, ascending by stamp.
+  // usual_match_ratio: for frames from before it was known. Returns those that were found,
+  // ascending by stamp.
   std::vector<PosedFrame> Find(const Map& map, const ImageKnowledge& knowledge,
-                               std::span<const PosedFrame> frames);
+                               std::span<const PosedFrame> frames, double usual_match_ratio);
   // Of their features.
   std::size_t MemoryBytes() const;
 
@@ -58,6 +60,9 @@ class LostFrames {
   };
   struct Neighbours {
     std::optional<Neighbour> before{}, after{};
+    // Returns the mean motion between the two; empty if they are of different worlds or too far
+    // apart in time.
+    std::optional<Twist> Motion() const;
   };
   // Whether the camera can have come to a pose from the frames before and after, or on to them, in
   // the time between: kUnknown where these are of other worlds, or far away in time and space.
@@ -76,6 +81,8 @@ class LostFrames {
                                        const LostFrame& lost, TrackedFrame rough,
                                        PoseOrigin origin) const;
   static Reach ReachOf(const Map& map, const Neighbours& around, const TrackedFrame& found);
+  // Returns the nearest frames whose poses their images state, not a prediction. stamp: at which
+  // the lost frame's image was taken.
   static Neighbours Around(const Map& map, std::span<const PosedFrame> frames, Stamp stamp);
 
   const MeasurementModel& model_;

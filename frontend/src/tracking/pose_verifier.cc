@@ -12,8 +12,6 @@
 namespace highwall {
 namespace {
 
-constexpr int kCompared = 3;  // keyframes whose depth must be consistent with a frame's
-
 std::size_t NumFeatures(const TrackedFrame& frame) {
   std::size_t features = 0;
   ForEachKind([&]<class Landmark>() { features += PartOf<Landmark>(frame).size(); });
@@ -65,7 +63,9 @@ bool PoseVerifier::IsRefuted(const PoseHypothesis& hypothesis, const LocalMatch&
     case PoseOrigin::kSurfaces:
       break;
     case PoseOrigin::kImage:
-      return Contradicts(match.frame, state_.AroundReference(map, kCompared), map);
+      return Contradicts(
+          match.frame,
+          state_.AroundReference(map, static_cast<std::size_t>(parameters_.recognized_views)), map);
   }
   return Contradicts(match, map);
 }
@@ -133,7 +133,8 @@ bool PoseVerifier::FindsLittle(const LocalMatch& match) const {
 }
 
 bool PoseVerifier::Contradicts(const LocalMatch& match, const Map& map) const {
-  return Contradicts(match.frame, ClosestObservers(map, match.frame, kCompared), map);
+  return Contradicts(match.frame, ClosestObservers(map, match.frame, parameters_.recognized_views),
+                     map);
 }
 
 bool PoseVerifier::Contradicts(const TrackedFrame& tracked, std::span<const KeyFrameId> views,

@@ -27,6 +27,7 @@ struct TrackerParameters {
   // in [0, 1].
   double recognized_found = 0.5;
   double recognized_contradiction = 0.1;
+  int recognized_views = 3;  // >= 1: keyframes whose depth is compared
 };
 
 }  // namespace highwall
