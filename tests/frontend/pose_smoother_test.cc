@@ -168,8 +168,9 @@ TEST(MotionNoise, IsUnknownOfAMotionThatReversesBetweenTheImages) {
 TEST(PoseSmoother, AMotionThatReversesBetweenTheImagesStaysAsItIsMeasured) {
   for (const unsigned seed : {5U, 6U}) {
     const Recording recording = ToAndFro(300, 0.19, seed);
-    const double measured = PositionRmse(Measured(recording), recording.truth);
-    EXPECT_LE(PositionRmse(Smooth(recording.measured), recording.truth), measured) << seed;
+    for (const std::optional<Pose>& smoothed : SmoothPoses(recording.measured)) {
+      EXPECT_FALSE(smoothed) << seed;
+    }
   }
 }
 
