@@ -7,6 +7,8 @@
 #include <highwall/frontend/pose/pose_observations.h>
 #include <highwall/internal/median.h>
 
+#include "sensor/feature_noise.h"
+
 namespace highwall {
 namespace {
 
@@ -22,15 +24,10 @@ constexpr std::size_t kMinViews = 3;  // of a landmark, for its residuals to be 
 constexpr double kSharedPixels = 0.4, kSharedDepth = 0.7;
 constexpr double kUsualSide = 640.0;  // [px] the longer one
 constexpr double kMaxFactor = 10.0;   // a larger factor means that the model is wrong
-constexpr double kEdge = 1.2;         // of the depth noise, where readings around a corner differ
 
 // Medians of chi-square with 1 and 2 degrees of freedom.
 double Median(int dof) {
   return dof == 1 ? 0.4549364 : 1.3862944;
-}
-
-std::size_t DepthBand(double z) {
-  return z <= 1.0 ? 0 : z <= 2.0 ? 1 : z <= 4.0 ? 2 : 3;
 }
 
 // Returns the calibration error [px] in images of a camera. In larger images than usual it is not
@@ -73,41 +70,8 @@ void NoiseEstimator::Follow(GroupId group, int dof, std::array<double, kSize>* f
   }
 }
 
-bool NoiseEstimator::IsAtEdge(const PointFeature& feature) const {
-  return feature.depth_sigma > kEdge * model_.depth_noise().Sigma(feature.depth);
-}
-
-std::size_t NoiseEstimator::LengthBand(const LineFeature& feature) const {
-  const double share = static_cast<double>(feature.segment.Length()) / model_.camera().width;
-  return share <= 1.0 / 16 ? 0 : share <= 1.0 / 8 ? 1 : share <= 1.0 / 4 ? 2 : 3;
-}
-
-NoiseFactors NoiseEstimator::FactorsOf(const PointFeature& feature) const {
-  const auto octave = static_cast<std::size_t>(feature.octave);
-  const std::size_t band = DepthBand(feature.depth);
-  const auto& depth = IsAtEdge(feature) ? estimate_.edge_depth : estimate_.point_depth;
-  return {static_cast<float>(estimate_.point_px[octave]), static_cast<float>(depth[band])};
-}
-
-NoiseFactors NoiseEstimator::FactorsOf(const LineFeature& feature) const {
-  NoiseFactors factors{.px = static_cast<float>(estimate_.line_px[LengthBand(feature)])};
-  if (feature.segment_C) {
-    const double z = 0.5 * (feature.segment_C->p_C.z() + feature.segment_C->q_C.z());
-    factors.depth = static_cast<float>(estimate_.line_depth[DepthBand(z)]);
-  }
-  return factors;
-}
-
 std::shared_ptr<const FrameFeatures> NoiseEstimator::Apply(const FrameFeatures& features) const {
-  auto known = std::make_shared<FrameFeatures>(features);
-  ForEachKind([&]<class Landmark>() {
-    for (auto& feature : PartOf<Landmark>(*known)) feature.noise = FactorsOf(feature);
-  });
-  for (PointFeature& point : known->points) {
-    point.refined_noise_px =
-        static_cast<float>(estimate_.refined_px[static_cast<std::size_t>(point.octave)]);
-  }
-  return known;
+  return WithNoise(features, estimate_, model_);
 }
 
 void NoiseEstimator::Collect(const PointFeature& feature, const MapPoint& point, const Pose& T_WC) {
@@ -122,7 +86,7 @@ void NoiseEstimator::Collect(const PointFeature& feature, const MapPoint& point,
   Group& px = groups_[feature.refined ? kRefinedPx : kPointPx];
   px.kinds[static_cast<std::size_t>(feature.octave)].squared.push_back(square(feature.noise.px) *
                                                                        r.head<2>().squaredNorm());
-  Group& depth = groups_[IsAtEdge(feature) ? kEdgeDepth : kPointDepth];
+  Group& depth = groups_[IsAtEdge(feature, model_) ? kEdgeDepth : kPointDepth];
   depth.kinds[DepthBand(feature.depth)].squared.push_back(square(feature.noise.depth) * r.z() *
                                                           r.z());
 }
@@ -141,7 +105,7 @@ void NoiseEstimator::Collect(const LineFeature& feature, const MapLine& line, co
   }
   const double redundancy = Redundancy(line.observations.size());
   const auto square = [&](double factor) { return factor * factor / redundancy; };
-  groups_[kLinePx].kinds[LengthBand(feature)].squared.push_back(
+  groups_[kLinePx].kinds[LengthBand(feature, model_)].squared.push_back(
       square(feature.noise.px) * Eigen::Vector2d(p[0], q[0]).squaredNorm());
   const double z = 0.5 * (feature.segment_C->p_C.z() + feature.segment_C->q_C.z());
   groups_[kLineDepth].kinds[DepthBand(z)].squared.push_back(

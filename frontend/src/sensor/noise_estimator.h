@@ -48,15 +48,6 @@ class NoiseEstimator {
   // shared: function from the index of a kind to Kind::shared.
   template <std::size_t kSize, class Shared>
   void Follow(GroupId group, int dof, std::array<double, kSize>* factors, const Shared& shared);
-  bool IsAtEdge(const PointFeature& feature) const;
-  std::size_t LengthBand(const LineFeature& feature) const;
-  // The noise of kinds without an overload is not estimated: it stays what it is.
-  template <class Feature>
-  NoiseFactors FactorsOf(const Feature& feature) const {
-    return feature.noise;
-  }
-  NoiseFactors FactorsOf(const PointFeature& feature) const;
-  NoiseFactors FactorsOf(const LineFeature& feature) const;
   template <class Feature, class Landmark>
   void Collect(const Feature&, const Landmark&, const Pose&) {}
   void Collect(const PointFeature& feature, const MapPoint& point, const Pose& T_WC);
