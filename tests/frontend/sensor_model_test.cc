@@ -1,6 +1,8 @@
 #include "sensor/sensor_model.h"
 
+#include <cstddef>
 #include <memory>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -36,6 +38,27 @@ TEST_F(SensorModelTest, FeaturesAreTheSameOnesUnlessTheNoiseIsEstimated) {
   EXPECT_NE(SensorModel(model_, {}).WithNoise(view_.features), view_.features);
   const MeasurementModel paper(IdealSensor(), {.weighting = Weighting::kPaper});
   EXPECT_EQ(SensorModel(paper, {}).WithNoise(view_.features), view_.features);
+}
+
+TEST_F(SensorModelTest, AllKeyframesOfAYoungMapGetTheNewNoise) {
+  SensorModel sensor(model_, {});
+  for (int i = 0; i < 4; ++i) scene_map_.Add(view_, Pose());
+  Map& map = scene_map_.map;
+  const KeyFrameId first = map.keyframe_ids().front();
+  const auto before = map.keyframe(first)->frame.features;
+  const std::vector<KeyFrameId> ids = map.keyframe_ids();
+  sensor.LearnNoise(ids, ids.size() - 1, &map);
+  EXPECT_EQ(map.keyframe(first)->frame.features, before) << "the map is not young";
+
+  sensor.LearnNoise(ids, ids.size(), &map);
+  for (const KeyFrameId id : ids) {
+    for (const PointFeature& point : map.keyframe(id)->frame.features->points) {
+      const auto octave = static_cast<std::size_t>(point.octave);
+      // The scene has no noise: what residuals show is far less than the a priori noise of 1.
+      EXPECT_LT(point.noise.px, 0.9F);
+      EXPECT_EQ(point.noise.px, static_cast<float>(sensor.noise().point_px[octave]));
+    }
+  }
 }
 
 TEST_F(SensorModelTest, TheDelayOfADepthImageIsAddedToTheTiming) {

@@ -1,5 +1,7 @@
 #include "sensor/feature_noise.h"
 
+#include <highwall/frontend/map/landmark.h>
+
 namespace highwall {
 namespace {
 

@@ -20,8 +20,14 @@ std::shared_ptr<const FrameFeatures> SensorModel::WithNoise(
   return options_.estimates_noise ? noise_.Apply(*features) : features;
 }
 
-void SensorModel::LearnNoise(const Map& map, std::span<const KeyFrameId> keyframes) {
-  if (options_.estimates_noise) noise_.Add(map, keyframes);
+void SensorModel::LearnNoise(std::span<const KeyFrameId> keyframes, std::size_t young, Map* map) {
+  if (!options_.estimates_noise) return;
+  noise_.Add(*map, keyframes);
+  if (map->num_keyframes() > young) return;
+  for (const KeyFrameId id : map->keyframe_ids()) {
+    Frame& frame = map->keyframe(id)->frame;
+    frame.features = noise_.Apply(*frame.features);
+  }
 }
 
 std::optional<FrameTiming> SensorModel::TimingOf(const Frame& frame) const {

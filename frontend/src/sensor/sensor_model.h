@@ -49,8 +49,10 @@ class SensorModel {
   std::shared_ptr<const FrameFeatures> WithNoise(
       const std::shared_ptr<const FrameFeatures>& features) const;
   const NoiseEstimate& noise() const { return noise_.estimate(); }
-  // Updates it from keyframes after an adjustment.
-  void LearnNoise(const Map& map, std::span<const KeyFrameId> keyframes);
+  bool estimates_noise() const { return options_.estimates_noise; }
+  // Updates it from keyframes after an adjustment. In a map of at most `young` keyframes all of
+  // them get the new estimate: those from before it keep the a priori noise otherwise.
+  void LearnNoise(std::span<const KeyFrameId> keyframes, std::size_t young, Map* map);
 
   // Current estimate of the row times of images.
   const FrameTiming& timing() const { return timing_.timing(); }

@@ -9,6 +9,7 @@ namespace highwall {
 
 ImageKnowledge SlamSystem::Impl::Knowledge() const {
   ImageKnowledge knowledge{.pattern = depth_pattern_.pattern()};
+  if (sensor_.estimates_noise()) knowledge.noise = sensor_.noise();
   if (options_.tracker.timing != FrameTimingMode::kIgnored) knowledge.timing = sensor_.timing();
   return knowledge;
 }

@@ -115,7 +115,8 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options, Sla
   if (!ids.empty()) {
     last_given_keyframe_ = ids.back();
     submap_keyframes_ = kMinSubmapKeyFrames;  // mature
-    sensor_.LearnNoise(map_, WithNeighbours(map_, ids.back(), kSharedByPlace, kLearnedFrom));
+    const auto newest = WithNeighbours(map_, ids.back(), kSharedByPlace, kLearnedFrom);
+    sensor_.LearnNoise(newest, 0, &map_);  // the map is given: it stays as it is
   }
 }
 
@@ -443,7 +444,8 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   const Pose T_WC = tracked.T_WC;
   sensor_.CompensateAround(tracked, options_.mapper.adjusted_keyframes, &map_);
   if (map_.keyframe(last_keyframe_) != nullptr) {
-    sensor_.LearnNoise(map_, WithNeighbours(map_, last_keyframe_, kSharedByPlace, kLearnedFrom));
+    sensor_.LearnNoise(WithNeighbours(map_, last_keyframe_, kSharedByPlace, kLearnedFrom),
+                       kLearnedFrom, &map_);
   }
   tracked.state = TrackingState::kTracking;
   ++submap_keyframes_;

@@ -13,6 +13,7 @@
 #include "features/memory_bytes.h"
 #include "map/map_matcher.h"
 #include "pose/support.h"
+#include "sensor/feature_noise.h"
 #include "tracking/constant_velocity.h"
 #include "tracking/landmark_observations.h"
 #include "tracking/landmarks_around.h"
@@ -72,10 +73,11 @@ class FrameRefiner::Job {
     const StageTimer timer(profile_, "refinement of frames");
     for (Item& item : items_) {
       if (!item.refine) continue;
+      auto& features = item.frame.frame.features;
+      if (knowledge_.noise) features = WithNoise(*features, *knowledge_.noise, model_);
       DepthPattern more = knowledge_.pattern;
       more.nodes -= item.pattern.nodes;
-      if (more.IsZero()) continue;
-      item.frame.frame.features = CorrectedDepth(*item.frame.frame.features, camera_, more);
+      if (!more.IsZero()) features = CorrectedDepth(*features, camera_, more);
     }
     LandmarksAround around(map_);
     std::vector<bool> is_found(items_.size());

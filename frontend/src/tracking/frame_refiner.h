@@ -11,6 +11,7 @@
 #include <highwall/frontend/map/anchored_pose.h>
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/map/measurement_model.h>
+#include <highwall/frontend/pose/pose_report.h>
 #include <highwall/frontend/tracking/options.h>
 #include <highwall/internal/background_job.h>
 
@@ -23,8 +24,9 @@ namespace highwall {
 
 // Current estimate of the properties of a camera's images.
 struct ImageKnowledge {
-  std::optional<FrameTiming> timing{};  // empty where row times are ignored
-  DepthPattern pattern{};               // depth distortion, estimated online
+  std::optional<FrameTiming> timing{};   // empty where row times are ignored
+  DepthPattern pattern{};                // depth distortion, estimated online
+  std::optional<NoiseEstimate> noise{};  // of features; empty where it is not estimated
 };
 
 // Parameters of FrameRefiner that are no options of a user.

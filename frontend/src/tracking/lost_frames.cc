@@ -13,6 +13,7 @@
 #include "map/covisibility.h"
 #include "pose/depth_agreement.h"
 #include "pose/support.h"
+#include "sensor/feature_noise.h"
 #include "tracking/constant_velocity.h"
 #include "tracking/landmark_observations.h"
 #include "tracking/tracker_state.h"
@@ -115,6 +116,9 @@ std::optional<PosedFrame> LostFrames::FindOne(const Map& map, const ImageKnowled
   DepthPattern more = knowledge.pattern;
   more.nodes -= lost.pattern.nodes;
   if (!more.IsZero()) lost.frame.features = CorrectedDepth(*lost.frame.features, camera_, more);
+  if (knowledge.noise) {
+    lost.frame.features = WithNoise(*lost.frame.features, *knowledge.noise, model_);
+  }
   const std::optional<Twist> motion = around.Motion();
   if (knowledge.timing && motion) {
     RowMotion now{*knowledge.timing, *motion};
