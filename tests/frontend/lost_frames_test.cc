@@ -64,30 +64,20 @@ class LostFramesTest : public TrackerTest {
   const KeyFrameId keyframe_;
 };
 
-// A noise of all kinds of features twice the a priori one.
-NoiseEstimate TwiceTheNoise() {
-  NoiseEstimate noise;
-  noise.point_px.fill(2.0);
-  for (auto* bands : {&noise.point_depth, &noise.edge_depth, &noise.line_px, &noise.line_depth}) {
-    bands->fill(2.0);
-  }
-  return noise;
-}
-
 TEST_F(LostFramesTest, FoundFramesGetTheNoiseThatIsKnownByThen) {
   double information[2] = {};
   for (const bool known : {false, true}) {
     LostFrames lost = Make();
     lost.Add(Lost(View(PoseOfFrame(10)), StampOf(10)));
     ImageKnowledge knowledge;
-    if (known) knowledge.noise = TwiceTheNoise();
+    if (known) knowledge.noise = testing::TwiceTheNoise();
     const auto found =
         Find(lost, {{StampOf(9), PoseOfFrame(9)}, {StampOf(11), PoseOfFrame(11)}}, knowledge);
     ASSERT_EQ(found.size(), 1U);
     EXPECT_LT(Error(found.front(), PoseOfFrame(10)), kExact);
     information[known ? 1 : 0] = found.front().information->trace();
   }
-  EXPECT_NEAR(information[1] / information[0], 0.25, 0.02);
+  EXPECT_NEAR(information[1] / information[0], 0.25, 0.01) << "up to a few more inliers";
 }
 
 TEST_F(LostFramesTest, FindsABlurredFrameAtThePoseBetweenItsNeighbours) {

@@ -42,23 +42,47 @@ TEST_F(SensorModelTest, FeaturesAreTheSameOnesUnlessTheNoiseIsEstimated) {
 
 TEST_F(SensorModelTest, AllKeyframesOfAYoungMapGetTheNewNoise) {
   SensorModel sensor(model_, {});
+  auto features = std::make_shared<FrameFeatures>(*view_.features);
+  for (std::size_t i = 0; i < features->points.size(); i += 2) features->points[i].refined = true;
+  testing::SyntheticView view = view_;
+  view.features = features;
+  for (int i = 0; i < 4; ++i) scene_map_.Add(view, Pose());
+  Map& map = scene_map_.map;
+  const std::vector<KeyFrameId> ids = map.keyframe_ids();
+  sensor.LearnNoise(ids, kNoId, &map);
+  const NoiseEstimate& noise = sensor.noise();
+  // The scene has no noise: what residuals show is far less than the a priori noise of 1.
+  EXPECT_LT(noise.point_px[0], 0.9);
+  EXPECT_NE(noise.point_px[0], noise.refined_px[0]);
+  for (const KeyFrameId id : ids) {
+    const FrameFeatures& now = *map.keyframe(id)->frame.features;
+    for (const PointFeature& point : now.points) {
+      const auto octave = static_cast<std::size_t>(point.octave);
+      EXPECT_EQ(point.noise.px, static_cast<float>(noise.point_px[octave])) << "refined or not";
+      EXPECT_EQ(point.refined_noise_px, static_cast<float>(noise.refined_px[octave]));
+      EXPECT_NE(point.noise.depth, 1.0F);
+    }
+    for (const LineFeature& line : now.lines) EXPECT_NE(line.noise.px, 1.0F);
+  }
+}
+
+TEST_F(SensorModelTest, OtherKeyframesKeepTheirNoise) {
   for (int i = 0; i < 4; ++i) scene_map_.Add(view_, Pose());
   Map& map = scene_map_.map;
-  const KeyFrameId first = map.keyframe_ids().front();
-  const auto before = map.keyframe(first)->frame.features;
-  const std::vector<KeyFrameId> ids = map.keyframe_ids();
-  sensor.LearnNoise(ids, ids.size() - 1, &map);
-  EXPECT_EQ(map.keyframe(first)->frame.features, before) << "the map is not young";
-
-  sensor.LearnNoise(ids, ids.size(), &map);
-  for (const KeyFrameId id : ids) {
-    for (const PointFeature& point : map.keyframe(id)->frame.features->points) {
-      const auto octave = static_cast<std::size_t>(point.octave);
-      // The scene has no noise: what residuals show is far less than the a priori noise of 1.
-      EXPECT_LT(point.noise.px, 0.9F);
-      EXPECT_EQ(point.noise.px, static_cast<float>(sensor.noise().point_px[octave]));
-    }
-  }
+  std::vector<KeyFrameId> ids = map.keyframe_ids();
+  const auto stays = [&](SensorModel&& sensor, KeyFrameId given, KeyFrameId id) {
+    const auto before = map.keyframe(id)->frame.features;
+    sensor.LearnNoise(ids, given, &map);
+    return map.keyframe(id)->frame.features == before;
+  };
+  EXPECT_TRUE(stays({model_, {.estimates_noise = false}}, kNoId, ids[0]));
+  const MeasurementModel paper(IdealSensor(), {.weighting = Weighting::kPaper});
+  EXPECT_TRUE(stays({paper, {}}, kNoId, ids[0]));
+  EXPECT_TRUE(stays({model_, {}}, ids[2], ids[2])) << "it was given with the map";
+  EXPECT_FALSE(stays({model_, {}}, ids[2], ids[3]));
+  while (map.num_keyframes() <= 10) scene_map_.Add(view_, Pose());
+  ids = map.keyframe_ids();
+  EXPECT_TRUE(stays({model_, {}}, kNoId, ids[0])) << "the map is no longer young";
 }
 
 TEST_F(SensorModelTest, TheDelayOfADepthImageIsAddedToTheTiming) {

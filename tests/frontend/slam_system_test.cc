@@ -411,6 +411,30 @@ TEST_F(SlamSystemTest, NoiseIsLearntOnFromAMapThatIsGiven) {
   EXPECT_EQ(as_known.sensor().noise.point_px[0], beginning);
 }
 
+TEST_F(SlamSystemTest, TheFirstKeyframeGetsTheNoiseThatLaterOnesShow) {
+  const auto of_first = [](const SlamSystem& system) {
+    const Map& map = system.map();
+    return map.keyframe(map.keyframe_ids().front())->frame.features->points.front().noise.px;
+  };
+  SlamSystem system(Sensor(), Deterministic({}));
+  for (const RgbdImage& image : Images()) {
+    system.Track(image);
+    if (system.map().num_keyframes() == 1) {
+      EXPECT_GE(of_first(system), 1.0F) << "a priori";
+    }
+  }
+  ASSERT_GE(system.map().num_keyframes(), 4U);
+  const float learnt = of_first(system);
+  EXPECT_LT(learnt, 0.95F);
+
+  SlamSystem more(Sensor(), Deterministic({}), {.map = system.map().Clone()});
+  for (RgbdImage image : Images()) {
+    image.stamp += FromSeconds(10.0);
+    more.Track(image);
+  }
+  EXPECT_EQ(of_first(more), learnt) << "it was given with the map";
+}
+
 TEST_F(SlamSystemTest, LocalizingNeedsAMapAndNoImu) {
   const SlamOptions options{.localize_only = true};
   EXPECT_THROW(SlamSystem(Sensor(), options), InvalidArgument);

@@ -18,6 +18,16 @@ inline Pose PoseOfFrame(int i) {
                            {0.02 * std::sin(2 * phase), 0.08 * std::sin(phase), 0.0});
 }
 
+// Returns a noise of all kinds of detected features twice the a priori one.
+inline NoiseEstimate TwiceTheNoise() {
+  NoiseEstimate noise;
+  noise.point_px.fill(2.0);
+  for (auto* bands : {&noise.point_depth, &noise.edge_depth, &noise.line_px, &noise.line_depth}) {
+    bands->fill(2.0);
+  }
+  return noise;
+}
+
 struct OwnedSensor {
   SensorModel sensor;
 };

@@ -1,8 +1,15 @@
 #include "sensor/sensor_model.h"
 
+#include <cstddef>
 #include <vector>
 
 namespace highwall {
+namespace {
+
+// Keyframes of a map whose first ones may come from before the noise was known.
+constexpr std::size_t kYoung = 10;
+
+}  // namespace
 
 SensorModel::SensorModel(const MeasurementModel& model, const SensorModelOptions& options,
                          const FrameTiming& timing)
@@ -20,11 +27,12 @@ std::shared_ptr<const FrameFeatures> SensorModel::WithNoise(
   return options_.estimates_noise ? noise_.Apply(*features) : features;
 }
 
-void SensorModel::LearnNoise(std::span<const KeyFrameId> keyframes, std::size_t young, Map* map) {
+void SensorModel::LearnNoise(std::span<const KeyFrameId> keyframes, KeyFrameId given, Map* map) {
   if (!options_.estimates_noise) return;
   noise_.Add(*map, keyframes);
-  if (map->num_keyframes() > young) return;
+  if (map->num_keyframes() > kYoung) return;
   for (const KeyFrameId id : map->keyframe_ids()) {
+    if (id <= given) continue;
     Frame& frame = map->keyframe(id)->frame;
     frame.features = noise_.Apply(*frame.features);
   }

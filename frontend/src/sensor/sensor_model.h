@@ -50,9 +50,11 @@ class SensorModel {
       const std::shared_ptr<const FrameFeatures>& features) const;
   const NoiseEstimate& noise() const { return noise_.estimate(); }
   bool estimates_noise() const { return options_.estimates_noise; }
-  // Updates it from keyframes after an adjustment. In a map of at most `young` keyframes all of
-  // them get the new estimate: those from before it keep the a priori noise otherwise.
-  void LearnNoise(std::span<const KeyFrameId> keyframes, std::size_t young, Map* map);
+  // Updates it from keyframes after an adjustment. While the map is young, of ten keyframes at
+  // most, all keyframes after `given` get the new estimate (as new features), the refined corners
+  // that of detected ones: the first keyframes came before any estimate. No job may be working on
+  // the map. given: the last keyframe of a map that was loaded; kNoId: none.
+  void LearnNoise(std::span<const KeyFrameId> keyframes, KeyFrameId given, Map* map);
 
   // Current estimate of the row times of images.
   const FrameTiming& timing() const { return timing_.timing(); }

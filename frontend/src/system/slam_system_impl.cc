@@ -116,7 +116,7 @@ SlamSystem::Impl::Impl(const RgbdSensor& sensor, const SlamOptions& options, Sla
     last_given_keyframe_ = ids.back();
     submap_keyframes_ = kMinSubmapKeyFrames;  // mature
     const auto newest = WithNeighbours(map_, ids.back(), kSharedByPlace, kLearnedFrom);
-    sensor_.LearnNoise(newest, 0, &map_);  // the map is given: it stays as it is
+    sensor_.LearnNoise(newest, last_given_keyframe_, &map_);
   }
 }
 
@@ -445,7 +445,7 @@ void SlamSystem::Impl::InsertKeyFrame(TrackedFrame& tracked, FrameResult& result
   sensor_.CompensateAround(tracked, options_.mapper.adjusted_keyframes, &map_);
   if (map_.keyframe(last_keyframe_) != nullptr) {
     sensor_.LearnNoise(WithNeighbours(map_, last_keyframe_, kSharedByPlace, kLearnedFrom),
-                       kLearnedFrom, &map_);
+                       last_given_keyframe_, &map_);
   }
   tracked.state = TrackingState::kTracking;
   ++submap_keyframes_;

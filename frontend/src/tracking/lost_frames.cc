@@ -113,12 +113,12 @@ std::optional<Twist> LostFrames::Neighbours::Motion() const {
 
 std::optional<PosedFrame> LostFrames::FindOne(const Map& map, const ImageKnowledge& knowledge,
                                               const Neighbours& around, LostFrame lost) const {
-  DepthPattern more = knowledge.pattern;
-  more.nodes -= lost.pattern.nodes;
-  if (!more.IsZero()) lost.frame.features = CorrectedDepth(*lost.frame.features, camera_, more);
   if (knowledge.noise) {
     lost.frame.features = WithNoise(*lost.frame.features, *knowledge.noise, model_);
   }
+  DepthPattern more = knowledge.pattern;
+  more.nodes -= lost.pattern.nodes;
+  if (!more.IsZero()) lost.frame.features = CorrectedDepth(*lost.frame.features, camera_, more);
   const std::optional<Twist> motion = around.Motion();
   if (knowledge.timing && motion) {
     RowMotion now{*knowledge.timing, *motion};

@@ -94,15 +94,15 @@ struct PointFeature {
   bool low_contrast = false;
   // position aligned with the first appearance of the landmark instead of detected
   bool refined = false;
-  NoiseFactors noise{};           // as estimated when the image was tracked
-  float refined_noise_px = 1.0F;  // noise.px of a refined one, as estimated at that time
+  NoiseFactors noise{};           // the newest estimate that it got (docs/noise.md)
+  float refined_noise_px = 1.0F;  // likewise, of a corner that CornerRefiner refines
 };
 
 // One line observation: an undistorted segment with its end points in C where depth allowed a fit.
 struct LineFeature {
   LineSegment segment;                    // [px] undistorted
   std::optional<SegmentDepth> segment_C;  // [m]
-  NoiseFactors noise{};                   // as estimated when the image was tracked
+  NoiseFactors noise{};                   // the newest estimate that it got (docs/noise.md)
 };
 
 // The features of one image, immutable once built; shared by the tracker and the keyframes.
