@@ -204,6 +204,14 @@ bool IsGood(const Fit& fit) {
   return fit.inlier_share >= kMinInliers && fit.rms_sigmas <= kMaxRms;
 }
 
+// Whether one side is in front of the other, by more than the noise of a reading.
+bool IsStep(const std::array<Fit, 2>& fits, const std::array<Samples, 2>& sides) {
+  const double step = std::abs(fits[0].model.At(0.5) - fits[1].model.At(0.5));
+  const double inverse_sigma =
+      std::min(sides[0].inverse_sigma().mean(), sides[1].inverse_sigma().mean());
+  return step * inverse_sigma > kInlierSigmas;
+}
+
 // Standard deviation of the depth at t: sigma_z = z^2 sigma_rho.
 double DepthDeviation(const Fit& fit, double t) {
   const Eigen::Vector2d row(1.0, t);
@@ -244,13 +252,17 @@ std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv
     fit = RefineTogether(sides, lines);
     if (!IsGood(fit)) {
       const std::array<Fit, 2> fits{refined(0), refined(1)};
-      fit = fits[fits[1].model.At(0.5) > fits[0].model.At(0.5)];  // the nearer
-      result.depth_edge = true;
+      const Fit& nearer = fits[fits[1].model.At(0.5) > fits[0].model.At(0.5)];
+      if (!IsGood(nearer)) return std::nullopt;
+      // Of two sides of one surface that is noisier than stated, the nearer one is nearer by
+      // chance: taking it would make every such line too near.
+      result.depth_edge = fit.inlier_share < kMinInliers || IsStep(fits, sides);
+      if (result.depth_edge) fit = nearer;
     }
   } else {
     fit = refined(measured[1] ? 1 : 0);
+    if (!IsGood(fit)) return std::nullopt;
   }
-  if (!IsGood(fit)) return std::nullopt;
   const double rho_s = fit.model.At(0.0), rho_e = fit.model.At(1.0);
   if (std::min(rho_s, rho_e) * sensor.max_depth < 1.0) return std::nullopt;
 
