@@ -1,7 +1,6 @@
 #include "system/slam_system_impl.h"
 
 #include <algorithm>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <string>
@@ -508,63 +507,6 @@ void SlamSystem::Impl::ApplyResults(FrameResult& result) {
     }
     factor_adjuster_.Remember(map_, loop_closer_.TakeMovesByFactors());
   });
-}
-
-std::vector<LoopReport> SlamSystem::Impl::Finish() {
-  const StageTimer timer(profile_, "end of all threads");
-  FrameResult after_last;
-  if (std::exchange(due_.loop_search, false)) LookForLoop(after_last);
-  std::vector<LoopReport> reports = std::move(after_last.loops);
-  bool moved = false;  // by factors
-  const auto finish_factors = [&] {
-    const auto report = factor_adjuster_.Finish(&map_);
-    if (!report || !report->accepted) return;
-    moved = true;
-    depth_pattern_.Drop();  // its copy is of the map before
-  };
-  WithTracker([&] {
-    mapper_.Finish(&map_);
-    std::ranges::move(loop_closer_.Finish(&map_), std::back_inserter(reports));
-    factor_adjuster_.Remember(map_, loop_closer_.TakeMovesByFactors());
-    finish_factors();
-    pending_.Attach(tracked_.frames(), &map_);
-    for (const SubmapId root : map_.roots()) {
-      factor_adjuster_.BeginLast(map_, root, loop_closer_.loops());
-      finish_factors();
-    }
-  });
-  FinishFrames();
-  Notify(reports);
-  if (moved || MoveKeyframes(reports)) NotifyMoved();
-  CheckLens(true);
-  NotifyFindings();
-  EmitAllKeyframes();
-  return reports;
-}
-
-BundleAdjustmentReport SlamSystem::Impl::AdjustAll() {
-  HIGHWALL_REQUIRE(!options_.localize_only,
-                   "SlamSystem::AdjustAll: SlamOptions::localize_only keeps the map as it is");
-  const StageTimer timer(profile_, "adjustment of everything");
-  BundleAdjustmentReport report;
-  bool moved = false;
-  WithTracker([&] {
-    sensor_.CompensateAll(&map_);
-    pending_.Attach(tracked_.frames(), &map_);
-    for (const SubmapId root : map_.roots()) {
-      worker_.Drop(map_, root);
-      const BundleAdjustmentReport adjusted =
-          AdjustBundle(map_, model_, map_.KeyFramesOf(root), {}, kGlobalAdjustment, {},
-                       std::max(1, options_.threads));
-      if (root == map_.Root(submap_)) report = adjusted;
-      moved |= adjusted.usable;
-    }
-  });
-  if (moved) {
-    NotifyMoved();
-    EmitAllKeyframes();
-  }
-  return report;
 }
 
 std::vector<MemoryShare> SlamSystem::Impl::memory() const {
