@@ -1,3 +1,6 @@
+#include <optional>
+#include <span>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -25,6 +28,16 @@ class LoopDetectorTest : public ::testing::Test {
     }
     return std::nullopt;
   }
+  static std::optional<Loop> DetectLast(const LoopScene& scene,
+                                        const LoopDetectorOptions& options = {},
+                                        const KeyFrameGraphOptions& graph = {}) {
+    const std::vector<KeyFrameId> keyframes = scene.map.keyframe_ids();
+    LoopDetector detector(scene.model, options, graph);
+    const auto loop = detector.DetectLast(scene.map, std::span(keyframes).last(3), {});
+    EXPECT_TRUE(detector.TakeRefused().empty());
+    return loop;
+  }
+  const LoopDetectorOptions kNever{.consistency = 30};  // keyframes in a row
 };
 
 TEST_F(LoopDetectorTest, FindsTheReturnToTheStartInSpiteOfDrift) {
@@ -66,6 +79,35 @@ TEST_F(LoopDetectorTest, LinesAloneAreEnough) {
 TEST_F(LoopDetectorTest, OneKeyFrameIsNotEnoughEvidence) {
   LoopScene scene({});
   EXPECT_FALSE(Feed(scene, {.consistency = 30}));
+}
+
+TEST_F(LoopDetectorTest, WhereNoKeyFramesFollowOneThatMatchesWellIsEnough) {
+  LoopScene scene({.drift = {0.005, 0.0, 0.0025}});
+  EXPECT_FALSE(Feed(scene, kNever));
+  const auto loop = DetectLast(scene);
+  ASSERT_TRUE(loop);
+  const Pose truth =
+      scene.truth[loop->edge.match.index()].Inverse() * scene.truth[loop->edge.keyframe.index()];
+  EXPECT_LT(PositionError(loop->edge.Z, truth), 0.03);
+  EXPECT_LT(AngleError(loop->edge.Z, truth), 0.01);
+}
+
+TEST_F(LoopDetectorTest, WhereNoKeyFramesFollowOneThatMatchesHalfIsNotEnough) {
+  LoopScene scene({.drift = {0.005, 0.0, 0.0025}, .strange_return = 0.5});
+  EXPECT_FALSE(Feed(scene, kNever));
+  for (const KeyFrameId id : scene.map.keyframe_ids()) scene.map.keyframe(id)->found = 0.95;
+  EXPECT_FALSE(DetectLast(scene));
+  EXPECT_TRUE(DetectLast(scene, {.min_match_ratio_across_submaps = 0.3})) << "it is the share";
+}
+
+TEST_F(LoopDetectorTest, WhereNoKeyFramesFollowOneBeyondAnyDriftIsNotEnough) {
+  LoopScene scene({.drift = {0.0, 0.03, 0.0}});
+  EXPECT_FALSE(Feed(scene, kNever));
+  const KeyFrameGraphOptions strict{.drift_translation = 0.01, .loop_translation = 0.005};
+  EXPECT_FALSE(DetectLast(scene, {}, strict));
+  KeyFrameGraphOptions lax = strict;
+  lax.max_loop_chi2 = 1e9;
+  EXPECT_TRUE(DetectLast(scene, {}, lax)) << "it is the drift";
 }
 
 TEST_F(LoopDetectorTest, ATwinOfThePlaceBeyondAnyDriftIsRefused) {

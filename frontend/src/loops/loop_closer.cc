@@ -32,8 +32,8 @@ class LoopCloser::Job {
         bundle_(bundle),
         solver_threads_(std::max(1, threads)),
         profile_(profile),
-        task_(threads > 0, [this](const std::stop_token& stop) { Run(stop); }, {"loops", profile, ThreadPriority::kBackground}) {
-  }
+        task_(threads > 0, [this](const std::stop_token& stop) { Run(stop); },
+              {"loops", profile, ThreadPriority::kBackground}) {}
 
   // Ends the job after the current iteration; so does the destructor.
   void Cancel() { task_.Cancel(); }
@@ -134,7 +134,17 @@ bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe,
                                 const std::function<void()>& prepare) {
   // Until the map is corrected, the following keyframes would detect the same loop.
   if (!options_.enabled || IsClosing() || !job_.HasRoom()) return false;
-  auto loop = detector_.Detect(map, keyframe, loops_);
+  return Close(map, detector_.Detect(map, keyframe, loops_), prepare);
+}
+
+bool LoopCloser::InsertLast(const Map& map, std::span<const KeyFrameId> newest,
+                            const std::function<void()>& prepare) {
+  if (!options_.enabled || IsClosing() || !job_.HasRoom()) return false;
+  return Close(map, detector_.DetectLast(map, newest, loops_), prepare);
+}
+
+bool LoopCloser::Close(const Map& map, std::optional<Loop> loop,
+                       const std::function<void()>& prepare) {
   if (!loop) return false;
   Drop();  // the adjustment after an older loop
   if (prepare) prepare();

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,10 @@ class LoopCloser final : public MapStage {
   // prepare: called if one was found, before the map is copied, because all of it is about to move.
   bool InsertKeyFrame(const Map& map, KeyFrameId keyframe,
                       const std::function<void()>& prepare = {});
+  // The same where no keyframes follow: a loop of one of the newest keyframes that too few in a row
+  // propose (LoopDetector::DetectLast).
+  bool InsertLast(const Map& map, std::span<const KeyFrameId> newest,
+                  const std::function<void()>& prepare = {});
   // Returns the loops that InsertKeyFrame() detected but rejected since the last call.
   std::vector<LoopReport> TakeRefused();
   // Returns, once, the moves of keyframes by the graph of the last applied loop, if user factors
@@ -67,6 +72,8 @@ class LoopCloser final : public MapStage {
   struct Result;
   class Job;
 
+  // Begins to close the loop, if there is one.
+  bool Close(const Map& map, std::optional<Loop> loop, const std::function<void()>& prepare);
   // Applies the results of a job.
   std::vector<LoopReport> Take(Job& job, Map* map);
 

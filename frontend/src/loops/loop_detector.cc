@@ -20,6 +20,9 @@ constexpr double kMinScore = 0.01;    // of the index
 constexpr double kScoreShare = 0.25;  // of the score of the best neighbour in the map
 constexpr int kCandidates = 3;        // keyframes examined, most similar first
 constexpr RelocalizerOptions kVerification{.min_inliers = 20, .ransac_iterations = 300};
+// At the end of a run, where there is time, and where what the search by projection finds decides.
+constexpr int kLastCandidates = 10;
+constexpr RelocalizerOptions kLastVerification{.min_inliers = 12, .ransac_iterations = 1000};
 constexpr int kPlaceKeyFrames = 10;  // neighbours of the candidate whose landmarks are searched
 // Maximum share of contradicting depth in a merge of two submaps.
 constexpr double kMaxContradiction = 0.03;
@@ -90,12 +93,13 @@ LoopDetector::LoopDetector(const MeasurementModel& model, const LoopDetectorOpti
       options_((options.Validate(), options)),
       graph_((graph.Validate(), graph)),
       relocalizer_(model, kVerification),
+      last_relocalizer_(model, kLastVerification),
       matcher_(model),
       grid_(model.camera()) {}
 
 std::optional<Loop> LoopDetector::Detect(const Map& map, KeyFrameId keyframe,
                                          std::span<const LoopEdge> loops) {
-  const Candidates candidates = FindCandidates(map, keyframe);
+  const Candidates candidates = FindCandidates(map, keyframe, kCandidates);
   auto merge = DetectMerge(map, keyframe, candidates.merges);
   auto loop = DetectLoop(map, keyframe, candidates.loops, loops);
   return merge ? merge : loop;
@@ -129,7 +133,7 @@ std::optional<Loop> LoopDetector::DetectLoop(const Map& map, KeyFrameId keyframe
 std::optional<Loop> LoopDetector::DetectMerge(const Map& map, KeyFrameId keyframe,
                                               std::span<const KeyFrameId> candidates) {
   for (const KeyFrameId candidate : candidates) {
-    auto found = FindPlace(map, keyframe, candidate);
+    auto found = FindPlace(map, keyframe, candidate, relocalizer_);
     if (!found) continue;
     const bool beyond_doubt =
         found->support >= options_.decisive_ratio * options_.min_support && found->share >= 1.0;
@@ -173,7 +177,8 @@ bool LoopDetector::Agrees(const Map& map, const LoopEdge& edge) {
   return now.keyframes >= options_.consistency;
 }
 
-LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId id) const {
+LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId id,
+                                                      int most) const {
   const std::vector<PlaceScore> ranking = map.index().Query(*map.keyframe(id)->frame.features);
   // Keyframes connected in the map, directly or over one keyframe, are no loop candidates.
   std::vector<bool> connected(ranking.empty() ? 0 : id.index() + 1, false);
@@ -200,7 +205,7 @@ LoopDetector::Candidates LoopDetector::FindCandidates(const Map& map, KeyFrameId
     if (place.score < bound) break;
     if (place.keyframe >= id || connected[place.keyframe.index()]) continue;
     auto& of = map.RootOf(place.keyframe) == world ? candidates.loops : candidates.merges;
-    if (static_cast<int>(of.size()) < kCandidates) of.push_back(place.keyframe);
+    if (static_cast<int>(of.size()) < most) of.push_back(place.keyframe);
   }
   return candidates;
 }
@@ -220,28 +225,51 @@ LoopDetector::Place LoopDetector::PlaceOf(const Map& map, KeyFrameId keyframe) c
 
 std::optional<Loop> LoopDetector::Verify(const Map& map, KeyFrameId id, KeyFrameId candidate,
                                          std::span<const LoopEdge> loops) {
-  auto found = FindPlace(map, id, candidate);
+  auto found = FindPlace(map, id, candidate, relocalizer_);
   if (!found) return std::nullopt;
-  Loop& loop = found->loop;
-  if (map.RootOf(id) != map.RootOf(candidate)) return std::move(loop);
-  const SubmapId submap = map.keyframe(id)->submap;
-  const std::optional<double> chi2 =
-      LoopChi2(MakeKeyFrameGraph(map, model_, loops, graph_, submap), loop.edge, graph_);
-  if (!chi2) {
-    Refuse(loop.edge, "the drift between its keyframes is not determined");
-    return std::nullopt;
+  if (map.RootOf(id) != map.RootOf(candidate) || IsWithinDrift(map, loops, &found->loop)) {
+    return std::move(found->loop);
   }
-  loop.chi2 = *chi2;
-  if (loop.chi2 <= graph_.max_loop_chi2) return std::move(loop);
-  Refuse(loop.edge, "chi2 " + FixedText(loop.chi2) + " against the drift exceeds " +
-                        FixedText(graph_.max_loop_chi2));
   return std::nullopt;
 }
 
+std::optional<Loop> LoopDetector::DetectLast(const Map& map, std::span<const KeyFrameId> newest,
+                                             std::span<const LoopEdge> loops) {
+  const std::size_t refused = refused_.size();
+  std::optional<Found> best;
+  for (const KeyFrameId keyframe : newest) {
+    for (const KeyFrameId candidate : FindCandidates(map, keyframe, kLastCandidates).loops) {
+      auto found = FindPlace(map, keyframe, candidate, last_relocalizer_);
+      if (!found || found->share < options_.min_match_ratio_across_submaps) continue;
+      if (best && found->support <= best->support) continue;
+      if (IsWithinDrift(map, loops, &found->loop)) best = std::move(found);
+    }
+  }
+  refused_.resize(refused);  // reported before, or proposed by too few keyframes
+  if (!best) return std::nullopt;
+  return std::move(best->loop);
+}
+
+bool LoopDetector::IsWithinDrift(const Map& map, std::span<const LoopEdge> loops, Loop* loop) {
+  const SubmapId submap = map.keyframe(loop->edge.keyframe)->submap;
+  const std::optional<double> chi2 =
+      LoopChi2(MakeKeyFrameGraph(map, model_, loops, graph_, submap), loop->edge, graph_);
+  if (!chi2) {
+    Refuse(loop->edge, "the drift between its keyframes is not determined");
+    return false;
+  }
+  loop->chi2 = *chi2;
+  if (loop->chi2 <= graph_.max_loop_chi2) return true;
+  Refuse(loop->edge, "chi2 " + FixedText(loop->chi2) + " against the drift exceeds " +
+                         FixedText(graph_.max_loop_chi2));
+  return false;
+}
+
 std::optional<LoopDetector::Found> LoopDetector::FindPlace(const Map& map, KeyFrameId id,
-                                                           KeyFrameId candidate) {
+                                                           KeyFrameId candidate,
+                                                           const Relocalizer& relocalizer) {
   const FrameFeatures& features = *map.keyframe(id)->frame.features;
-  auto found = relocalizer_.MatchKeyFrame(features, map, candidate, map.keyframe(candidate)->T_WC);
+  auto found = relocalizer.MatchKeyFrame(features, map, candidate, map.keyframe(candidate)->T_WC);
   if (!found) return std::nullopt;
 
   const std::vector<KeyFrameId> place =

@@ -42,6 +42,12 @@ class LoopDetector {
   // To be called with every new keyframe. loops: those found before.
   std::optional<Loop> Detect(const Map& map, KeyFrameId keyframe, std::span<const LoopEdge> loops);
 
+  // To be called where no keyframes follow, since a recording often ends where it began: returns
+  // the loop with the most support that one of the newest keyframes (active, of one submap) finds,
+  // though too few in a row propose it. It must match as much as between submaps.
+  std::optional<Loop> DetectLast(const Map& map, std::span<const KeyFrameId> newest,
+                                 std::span<const LoopEdge> loops);
+
   // Verifies one candidate (active), without the tests of appearance and consistency.
   std::optional<Loop> Verify(const Map& map, KeyFrameId keyframe, KeyFrameId candidate,
                              std::span<const LoopEdge> loops);
@@ -78,24 +84,28 @@ class LoopDetector {
     double share = 0.0;
   };
 
-  Candidates FindCandidates(const Map& map, KeyFrameId keyframe) const;
+  // Returns the most similar keyframes, at most that many of each kind.
+  Candidates FindCandidates(const Map& map, KeyFrameId keyframe, int most) const;
   std::optional<Loop> DetectLoop(const Map& map, KeyFrameId keyframe,
                                  std::span<const KeyFrameId> candidates,
                                  std::span<const LoopEdge> loops);
   std::optional<Loop> DetectMerge(const Map& map, KeyFrameId keyframe,
                                   std::span<const KeyFrameId> candidates);
+  // Returns whether the loop is possible given the drift between its keyframes; sets its chi2.
+  bool IsWithinDrift(const Map& map, std::span<const LoopEdge> loops, Loop* loop);
   // Returns whether enough consecutive keyframes agree on the transform; stores it.
   bool Agrees(const Map& map, const LoopEdge& edge);
   // Returns whether gravity or the depth of the two submaps is inconsistent with their merge.
   bool Contradicts(const Map& map, const LoopEdge& edge);
-  std::optional<Found> FindPlace(const Map& map, KeyFrameId keyframe, KeyFrameId candidate);
+  std::optional<Found> FindPlace(const Map& map, KeyFrameId keyframe, KeyFrameId candidate,
+                                 const Relocalizer& relocalizer);
   Place PlaceOf(const Map& map, KeyFrameId keyframe) const;
   void Refuse(const LoopEdge& edge, std::string reason);
 
   const MeasurementModel& model_;
   LoopDetectorOptions options_;
   KeyFrameGraphOptions graph_;
-  Relocalizer relocalizer_;
+  Relocalizer relocalizer_, last_relocalizer_;
   MapMatcher matcher_;
   DepthGrid grid_;
   std::vector<Place> places_;  // returned for the last keyframe

@@ -1,6 +1,8 @@
 // Parts of SlamSystem at the end of a run.
 #include <algorithm>
+#include <cstddef>
 #include <iterator>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -28,6 +30,7 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
     mapper_.Finish(&map_);
     std::ranges::move(loop_closer_.Finish(&map_), std::back_inserter(reports));
     factor_adjuster_.Remember(map_, loop_closer_.TakeMovesByFactors());
+    std::ranges::move(CloseLastLoop(), std::back_inserter(reports));
     finish_factors();
     pending_.Attach(tracked_.frames(), &map_);
     for (const SubmapId root : map_.roots()) {
@@ -41,6 +44,23 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
   CheckLens(true);
   NotifyFindings();
   EmitAllKeyframes();
+  return reports;
+}
+
+std::vector<LoopReport> SlamSystem::Impl::CloseLastLoop() {
+  if (options_.localize_only || map_.keyframe(last_keyframe_) == nullptr) return {};
+  const StageTimer timer(profile_, "loop search");
+  std::vector<KeyFrameId> own = map_.KeyFramesOf(map_.keyframe(last_keyframe_)->submap);
+  std::erase_if(own, [&](KeyFrameId id) { return id <= last_given_keyframe_; });
+  const auto unconfirmed = static_cast<std::size_t>(options_.loops.detector.consistency);
+  const auto newest = std::span(own).last(std::min(unconfirmed, own.size()));
+  const auto prepare = [&] {
+    if (options_.tracker.timing != FrameTimingMode::kIgnored) sensor_.CompensateAll(&map_);
+  };
+  if (!loop_closer_.InsertLast(map_, newest, prepare)) return {};
+  worker_.Preempt(loop_closer_);
+  std::vector<LoopReport> reports = loop_closer_.Finish(&map_);
+  factor_adjuster_.Remember(map_, loop_closer_.TakeMovesByFactors());
   return reports;
 }
 

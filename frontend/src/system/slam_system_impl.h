@@ -155,6 +155,8 @@ class SlamSystem::Impl {
   void DoWhatIsDue(FrameResult& result);
   // Searches for a loop of the newest keyframe.
   void LookForLoop(FrameResult& result);
+  // At the end: closes a loop of the newest keyframes that no more will confirm.
+  std::vector<LoopReport> CloseLastLoop();
   // Applies an estimated depth distortion, between frames; returns whether the map was changed.
   bool CorrectDepth(FrameResult& result);
   // Applies the result of the adjustment to user factors, and begins anew if enough are new.

@@ -30,14 +30,17 @@ struct KeyFrameGraphOptions {
 
 // Criteria by which LoopDetector recognizes a place that was seen before.
 struct LoopDetectorOptions {
-  int consistency = 3;  // >= 1: consecutive keyframes that propose one place before it is verified
+  // >= 1: consecutive keyframes that propose one place before it is verified. At the end of a run
+  // one of as many newest keyframes suffices.
+  int consistency = 3;
   // >= 6: inlier points plus twice the inlier lines, after the search by projection
   int min_support = 50;
   // [0, 1]: match ratio, the share of the landmarks in view that are matched, relative to the match
   // ratio of the keyframe in its own surroundings: a blurred image matches few in either. Where
   // that is unknown it is taken to be one half.
   double min_found = 0.5;
-  // [0, 1]: the same between submaps, where no drift bound can reject a false match.
+  // [0, 1]: the same between submaps, where no drift bound can reject a false match, and at the end
+  // of a run, where no more keyframes will confirm one.
   double min_match_ratio_across_submaps = 0.75;
   // >= 1: decisive ratio. Between submaps one keyframe suffices if its support is this many times
   // min_support and it matches as much as in its own surroundings; otherwise `consistency`
