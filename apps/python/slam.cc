@@ -481,7 +481,8 @@ void BindSlam(py::module_& module) {
           "How often a keyframe or the search for a loop was postponed.")
       .def(
           "finish", [](Slam& self) { self.Call([](SlamSystem& slam) { slam.Finish(); }); },
-          "Waits for adjustments and loops, and applies them.")
+          "Ends the run: waits for adjustments and loops, and applies them, and a loop of the last "
+          "keyframes.")
       .def(
           "trajectory",
           [](Slam& self) {

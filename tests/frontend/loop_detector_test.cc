@@ -34,10 +34,10 @@ class LoopDetectorTest : public ::testing::Test {
     const std::vector<KeyFrameId> keyframes = scene.map.keyframe_ids();
     LoopDetector detector(scene.model, options, graph);
     const auto loop = detector.DetectLast(scene.map, std::span(keyframes).last(3), {});
-    EXPECT_TRUE(detector.TakeRefused().empty());
+    EXPECT_LE(detector.TakeRefused().size(), loop ? 0u : 1u);
     return loop;
   }
-  const LoopDetectorOptions kNever{.consistency = 30};  // keyframes in a row
+  static inline const LoopDetectorOptions kNever{.consistency = 30};  // keyframes in a row
 };
 
 TEST_F(LoopDetectorTest, FindsTheReturnToTheStartInSpiteOfDrift) {
@@ -97,7 +97,8 @@ TEST_F(LoopDetectorTest, WhereNoKeyFramesFollowOneThatMatchesHalfIsNotEnough) {
   EXPECT_FALSE(Feed(scene, kNever));
   for (const KeyFrameId id : scene.map.keyframe_ids()) scene.map.keyframe(id)->found = 0.95;
   EXPECT_FALSE(DetectLast(scene));
-  EXPECT_TRUE(DetectLast(scene, {.min_match_ratio_across_submaps = 0.3})) << "it is the share";
+  EXPECT_TRUE(DetectLast(scene, {.min_found = 0.3, .min_match_ratio_across_submaps = 0.3}))
+      << "it is the share";
 }
 
 TEST_F(LoopDetectorTest, WhereNoKeyFramesFollowOneBeyondAnyDriftIsNotEnough) {

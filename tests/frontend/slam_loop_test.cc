@@ -68,6 +68,7 @@ class SlamLoopTest : public ::testing::Test {
     }
     run.before_end = run.loops.size();
     keep(slam.Finish());
+    EXPECT_TRUE(slam.Finish().empty()) << "a second time";
     for (const StampedPose& pose : slam.trajectory()) run.poses.push_back(pose.pose.Matrix());
     run.rmse = AbsolutePoseError(walk_->truth, slam.trajectory()).statistics.rmse;
     if (run.lost == 0 && frames > kLapFrames) run.closure = Closure(slam.trajectory());
@@ -107,20 +108,24 @@ TEST_F(SlamLoopTest, ClosesTheLoopAndTheTrackerFollows) {
   EXPECT_EQ(Walk(closing, 0).poses, with.poses) << "bit for bit";
 }
 
-// Many recordings do, and no keyframes are left to confirm the place.
+// No keyframes are left to confirm the place.
 TEST_F(SlamLoopTest, ClosesTheLoopOfARecordingThatEndsWhereItBegan) {
   LoopCloserOptions off;
   off.enabled = false;
   const Run without = Walk(off, 0, false, kLapFrames);
-  for (const int threads : {0, 2}) {
-    const Run run = Walk({}, threads, false, kLapFrames);
-    EXPECT_EQ(run.before_end, 0u);
-    ASSERT_EQ(run.loops.size(), 2u) << "the loop, and the adjustment after it";
-    EXPECT_TRUE(run.loops[0].accepted) << run.loops[0].message;
-    EXPECT_EQ(run.reported_loops, 2);
-    EXPECT_EQ(run.reported_maps, 1);
-    EXPECT_LT(run.rmse, 0.7 * without.rmse);
-  }
+  const Run run = Walk({}, 0, false, kLapFrames);
+  EXPECT_EQ(run.before_end, 0u);
+  ASSERT_EQ(run.loops.size(), 2u) << "the loop, and the adjustment after it";
+  EXPECT_TRUE(run.loops[0].accepted) << run.loops[0].message;
+  EXPECT_EQ(run.reported_loops, 2);
+  EXPECT_EQ(run.reported_maps, 1);
+  EXPECT_LT(run.rmse, 0.7 * without.rmse);
+  EXPECT_EQ(Walk({}, 0, false, kLapFrames).poses, run.poses) << "bit for bit";
+  // Which keyframes there are depends on the machine.
+  const Run threaded = Walk({}, 2, false, kLapFrames);
+  ASSERT_FALSE(threaded.loops.empty());
+  EXPECT_TRUE(threaded.loops.back().accepted) << threaded.loops.back().message;
+  EXPECT_LT(threaded.rmse, 0.7 * without.rmse);
 }
 
 TEST_F(SlamLoopTest, ClosesTheLoopInTheBackground) {

@@ -204,7 +204,7 @@ bool IsGood(const Fit& fit) {
   return fit.inlier_share >= kMinInliers && fit.rms_sigmas <= kMaxRms;
 }
 
-// Whether one side is in front of the other, by more than the noise of a reading.
+// Whether one side is in front of the other, by more than three sigmas of a reading.
 bool IsStep(const std::array<Fit, 2>& fits, const std::array<Samples, 2>& sides) {
   const double step = std::abs(fits[0].model.At(0.5) - fits[1].model.At(0.5));
   const double inverse_sigma =
@@ -257,7 +257,11 @@ std::optional<SegmentDepth> FitSegmentDepth(const LineSegment& segment, const cv
       // Of two sides of one surface that is noisier than stated, the nearer one is nearer by
       // chance: taking it would make every such line too near.
       result.depth_edge = fit.inlier_share < kMinInliers || IsStep(fits, sides);
-      if (result.depth_edge) fit = nearer;
+      if (result.depth_edge) {
+        fit = nearer;
+      } else {
+        fit.covariance *= fit.rms_sigmas * fit.rms_sigmas;
+      }
     }
   } else {
     fit = refined(measured[1] ? 1 : 0);

@@ -20,7 +20,7 @@ inline constexpr double kMinMeasured = 0.5;
 // estimated on each side of the segment by RANSAC (Fischler, Bolles 1981; scored as MSAC), then by
 // least squares with weights 1/sigma_d^2, with the slope across the segment as a third unknown,
 // over both sides if they form one plane, else over the nearer side, whose boundary the edge is.
-// Sides that differ by less than the noise of a reading are one surface, noisier than stated.
+// Sides that differ by less than three sigmas of a reading are one surface, noisier than stated.
 //
 // segment: undistorted pixels (of camera.WithoutDistortion()). depth: CV_32FC1 [m], raw pixels of
 // the sensor's camera, its size; 0, NaN or beyond the sensor's range mean no measurement. Empty if

@@ -139,7 +139,7 @@ bool LoopCloser::InsertKeyFrame(const Map& map, KeyFrameId keyframe,
 
 bool LoopCloser::InsertLast(const Map& map, std::span<const KeyFrameId> newest,
                             const std::function<void()>& prepare) {
-  if (!options_.enabled || IsClosing() || !job_.HasRoom()) return false;
+  if (!options_.enabled || IsClosing()) return false;
   return Close(map, detector_.DetectLast(map, newest, loops_), prepare);
 }
 

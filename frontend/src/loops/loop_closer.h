@@ -42,8 +42,7 @@ class LoopCloser final : public MapStage {
   // prepare: called if one was found, before the map is copied, because all of it is about to move.
   bool InsertKeyFrame(const Map& map, KeyFrameId keyframe,
                       const std::function<void()>& prepare = {});
-  // The same where no keyframes follow: a loop of one of the newest keyframes that too few in a row
-  // propose (LoopDetector::DetectLast).
+  // As InsertKeyFrame(), at the end of a run: LoopDetector::DetectLast of the newest keyframes.
   bool InsertLast(const Map& map, std::span<const KeyFrameId> newest,
                   const std::function<void()>& prepare = {});
   // Returns the loops that InsertKeyFrame() detected but rejected since the last call.

@@ -20,7 +20,8 @@ constexpr double kMinScore = 0.01;    // of the index
 constexpr double kScoreShare = 0.25;  // of the score of the best neighbour in the map
 constexpr int kCandidates = 3;        // keyframes examined, most similar first
 constexpr RelocalizerOptions kVerification{.min_inliers = 20, .ransac_iterations = 300};
-// At the end of a run, where there is time, and where what the search by projection finds decides.
+// At the end of a run there is time, and a weak pose by RANSAC does no harm: the matches found by
+// projection decide.
 constexpr int kLastCandidates = 10;
 constexpr RelocalizerOptions kLastVerification{.min_inliers = 12, .ransac_iterations = 1000};
 constexpr int kPlaceKeyFrames = 10;  // neighbours of the candidate whose landmarks are searched
@@ -241,12 +242,12 @@ std::optional<Loop> LoopDetector::DetectLast(const Map& map, std::span<const Key
     for (const KeyFrameId candidate : FindCandidates(map, keyframe, kLastCandidates).loops) {
       auto found = FindPlace(map, keyframe, candidate, last_relocalizer_);
       if (!found || found->share < options_.min_match_ratio_across_submaps) continue;
-      if (best && found->support <= best->support) continue;
-      if (IsWithinDrift(map, loops, &found->loop)) best = std::move(found);
+      if (!best || found->support > best->support) best = std::move(found);
     }
   }
-  refused_.resize(refused);  // reported before, or proposed by too few keyframes
-  if (!best) return std::nullopt;
+  refused_.resize(refused);  // only that of the best says why no loop was closed
+  if (!best || !IsWithinDrift(map, loops, &best->loop)) return std::nullopt;
+  places_.clear();
   return std::move(best->loop);
 }
 

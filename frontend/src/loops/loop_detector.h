@@ -26,10 +26,11 @@ struct RefusedLoop {
 
 // Detects loops, one keyframe at a time. A candidate must be similar, by votes of points and lines;
 // must not be connected with the keyframe in the map; must be found by several keyframes in a row
-// (a place is a keyframe with those that share its landmarks); must give a pose by RANSAC, refined
-// on points and lines, that explains the landmarks of the place by projection; and that pose must
-// be within the possible drift along the path between them. (The chain of checks is that of
-// Mur-Artal, Montiel, Tardos, IEEE T-RO 2015, section VII; the gate is ours.)
+// (a place is a keyframe with those that share its landmarks), or by one of the last; must give a
+// pose by RANSAC, refined on points and lines, that explains the landmarks of the place by
+// projection; and that pose must be within the possible drift along the path between them. (The
+// chain of checks is that of Mur-Artal, Montiel, Tardos, IEEE T-RO 2015, section VII; the gate is
+// ours.)
 //
 // Between unconnected submaps there is no drift to test against: several keyframes in a row must
 // give the same transform between them, or one with decisive support.
@@ -42,9 +43,10 @@ class LoopDetector {
   // To be called with every new keyframe. loops: those found before.
   std::optional<Loop> Detect(const Map& map, KeyFrameId keyframe, std::span<const LoopEdge> loops);
 
-  // To be called where no keyframes follow, since a recording often ends where it began: returns
-  // the loop with the most support that one of the newest keyframes (active, of one submap) finds,
-  // though too few in a row propose it. It must match as much as between submaps.
+  // To be called where no keyframes follow, since a recording often ends where it began. newest:
+  // the last keyframes, active, of one world. Of the loops that they find, though too few in a row
+  // may propose them, it returns the one with the most support, whose match ratio must be that of a
+  // merge.
   std::optional<Loop> DetectLast(const Map& map, std::span<const KeyFrameId> newest,
                                  std::span<const LoopEdge> loops);
 

@@ -13,6 +13,12 @@
 #include "system/slam_system_impl.h"
 
 namespace highwall {
+namespace {
+
+// Number of keyframes that may have come too late for a loop to be confirmed.
+constexpr std::size_t kNewest = 3;
+
+}  // namespace
 
 std::vector<LoopReport> SlamSystem::Impl::Finish() {
   const StageTimer timer(profile_, "end of all threads");
@@ -30,9 +36,9 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
     mapper_.Finish(&map_);
     std::ranges::move(loop_closer_.Finish(&map_), std::back_inserter(reports));
     factor_adjuster_.Remember(map_, loop_closer_.TakeMovesByFactors());
-    std::ranges::move(CloseLastLoop(), std::back_inserter(reports));
     finish_factors();
     pending_.Attach(tracked_.frames(), &map_);
+    std::ranges::move(CloseLastLoop(), std::back_inserter(reports));
     for (const SubmapId root : map_.roots()) {
       factor_adjuster_.BeginLast(map_, root, loop_closer_.loops());
       finish_factors();
@@ -48,18 +54,22 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
 }
 
 std::vector<LoopReport> SlamSystem::Impl::CloseLastLoop() {
-  if (options_.localize_only || map_.keyframe(last_keyframe_) == nullptr) return {};
-  const StageTimer timer(profile_, "loop search");
-  std::vector<KeyFrameId> own = map_.KeyFramesOf(map_.keyframe(last_keyframe_)->submap);
+  const KeyFrame* const last = map_.keyframe(last_keyframe_);
+  if (last == nullptr || std::exchange(searched_at_end_, last->id) == last->id) return {};
+  std::vector<KeyFrameId> own = map_.KeyFramesOf(last->submap);
   std::erase_if(own, [&](KeyFrameId id) { return id <= last_given_keyframe_; });
-  const auto unconfirmed = static_cast<std::size_t>(options_.loops.detector.consistency);
-  const auto newest = std::span(own).last(std::min(unconfirmed, own.size()));
+  const auto newest = std::span(own).last(std::min(kNewest, own.size()));
   const auto prepare = [&] {
     if (options_.tracker.timing != FrameTimingMode::kIgnored) sensor_.CompensateAll(&map_);
   };
-  if (!loop_closer_.InsertLast(map_, newest, prepare)) return {};
+  const bool closes = [&] {
+    const StageTimer timer(profile_, "loop search");
+    return loop_closer_.InsertLast(map_, newest, prepare);
+  }();
+  std::vector<LoopReport> reports = loop_closer_.TakeRefused();
+  if (!closes) return reports;
   worker_.Preempt(loop_closer_);
-  std::vector<LoopReport> reports = loop_closer_.Finish(&map_);
+  std::ranges::move(loop_closer_.Finish(&map_), std::back_inserter(reports));
   factor_adjuster_.Remember(map_, loop_closer_.TakeMovesByFactors());
   return reports;
 }

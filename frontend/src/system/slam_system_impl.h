@@ -155,7 +155,7 @@ class SlamSystem::Impl {
   void DoWhatIsDue(FrameResult& result);
   // Searches for a loop of the newest keyframe.
   void LookForLoop(FrameResult& result);
-  // At the end: closes a loop of the newest keyframes that no more will confirm.
+  // At the end: looks for a loop of the newest keyframes, which no more will confirm.
   std::vector<LoopReport> CloseLastLoop();
   // Applies an estimated depth distortion, between frames; returns whether the map was changed.
   bool CorrectDepth(FrameResult& result);
@@ -223,6 +223,7 @@ class SlamSystem::Impl {
   int submap_keyframes_ = 0;            // made in it
   std::optional<Stamp> posed_;          // the last frame with a pose; until there is one, the first
   KeyFrameId last_given_keyframe_;      // keyframes up to it came with the given map
+  KeyFrameId searched_at_end_ = kNoId;  // the newest keyframe at the last CloseLastLoop()
   Backlog backlog_;
   std::int64_t next_index_ = 0;
   Stamp last_keyframe_stamp_ = 0;

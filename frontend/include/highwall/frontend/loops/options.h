@@ -30,8 +30,8 @@ struct KeyFrameGraphOptions {
 
 // Criteria by which LoopDetector recognizes a place that was seen before.
 struct LoopDetectorOptions {
-  // >= 1: consecutive keyframes that propose one place before it is verified. At the end of a run
-  // one of as many newest keyframes suffices.
+  // >= 1: consecutive keyframes that propose one place before it is verified; at the end of a run,
+  // where no more follow, one of the last three suffices.
   int consistency = 3;
   // >= 6: inlier points plus twice the inlier lines, after the search by projection
   int min_support = 50;

@@ -287,10 +287,11 @@ class SlamSystem {
   // received yet.
   KeyframeEvent waiting_keyframes() const;
 
-  // Waits for the running adjustment and loop closure, if any, applies both to the map, closes a
-  // loop that no more keyframes will confirm, and applies new user factors, also those added after
-  // the last frame; refines the poses of the last frames and smooths all of them over time. A
-  // factor with a stamp after the last frame with a pose still waits.
+  // To be called at the end of a run: waits for the running adjustment and loop closure, if any,
+  // and applies both to the map, and then new user factors, also those added after the last frame;
+  // looks for a loop of the newest keyframes, which no more will confirm, and closes it; refines
+  // the poses of the last frames and smooths all of them over time. A factor with a stamp after the
+  // last frame with a pose still waits.
   std::vector<LoopReport> Finish();
   // After Finish(): runs one more adjustment of all keyframes and landmarks together, with the user
   // factors added until then. The poses of frames follow their keyframes. Throws InvalidArgument if
