@@ -37,6 +37,10 @@ class LoopDetectorTest : public ::testing::Test {
     EXPECT_LE(detector.TakeRefused().size(), loop ? 0u : 1u);
     return loop;
   }
+  // Returns the true transform of the loop.
+  static Pose Truth(const LoopScene& scene, const LoopEdge& edge) {
+    return scene.truth[edge.match.index()].Inverse() * scene.truth[edge.keyframe.index()];
+  }
   static inline const LoopDetectorOptions kNever{.consistency = 30};  // keyframes in a row
 };
 
@@ -44,8 +48,7 @@ TEST_F(LoopDetectorTest, FindsTheReturnToTheStartInSpiteOfDrift) {
   LoopScene scene({.drift = {0.02, 0.0, 0.01}});
   const auto loop = Feed(scene);
   ASSERT_TRUE(loop);
-  const Pose truth =
-      scene.truth[loop->edge.match.index()].Inverse() * scene.truth[loop->edge.keyframe.index()];
+  const Pose truth = Truth(scene, loop->edge);
   // 0.7 px over some 100 points at 3 m is about a millimetre; the landmarks of the place have
   // drifted relative to each other by centimetres.
   EXPECT_LT(PositionError(loop->edge.Z, truth), 0.03);
@@ -71,8 +74,7 @@ TEST_F(LoopDetectorTest, LinesAloneAreEnough) {
   const auto loop = Feed(scene);
   ASSERT_TRUE(loop);
   EXPECT_TRUE(loop->matches.points.empty());
-  const Pose truth =
-      scene.truth[loop->edge.match.index()].Inverse() * scene.truth[loop->edge.keyframe.index()];
+  const Pose truth = Truth(scene, loop->edge);
   EXPECT_LT(PositionError(loop->edge.Z, truth), 0.03);
 }
 
@@ -86,8 +88,7 @@ TEST_F(LoopDetectorTest, WhereNoKeyFramesFollowOneThatMatchesWellIsEnough) {
   EXPECT_FALSE(Feed(scene, kNever));
   const auto loop = DetectLast(scene);
   ASSERT_TRUE(loop);
-  const Pose truth =
-      scene.truth[loop->edge.match.index()].Inverse() * scene.truth[loop->edge.keyframe.index()];
+  const Pose truth = Truth(scene, loop->edge);
   EXPECT_LT(PositionError(loop->edge.Z, truth), 0.03);
   EXPECT_LT(AngleError(loop->edge.Z, truth), 0.01);
 }
