@@ -193,6 +193,9 @@ TEST(InertialOdometry, RejectsReadingsThatImagesContradict) {
     EXPECT_LT(drive.PositionError(), 5e-3) << from;
     EXPECT_FALSE(drive.odometry.Between(FromSeconds(4.1), FromSeconds(4.4)))
         << "nor do these readings tie keyframes";
+    EXPECT_TRUE(drive.odometry.IsContradicted(FromSeconds(4.1), FromSeconds(4.4)));
+    EXPECT_TRUE(drive.odometry.MeasuredBetween(FromSeconds(4.1), FromSeconds(4.4)));
+    EXPECT_FALSE(drive.odometry.IsContradicted(FromSeconds(3.8), FromSeconds(4.15)));
     EXPECT_TRUE(drive.odometry.Between(FromSeconds(3.8), FromSeconds(4.15)));
     EXPECT_LT((drive.odometry.estimate()->bias - before).norm(), 0.01);
     drive.Until(5.5);

@@ -291,6 +291,23 @@ TEST(CameraMotion, IsTheDerivativeOfItsPose) {
   EXPECT_GT(truth.omega.norm(), 0.1);
 }
 
+TEST(CameraMotion, FollowsFromTwoPlacesAndTheReadingsBetweenThem) {
+  const SinusoidalMotion motion(2.0);
+  const Pose T_BC = InertialScene::T_BC();
+  const ImuBias bias = SomeEstimate().bias;
+  const std::vector<ImuSample> samples = WithBias(motion.Samples(1000.0, 0.3), bias);
+  // Another bias than that of the integration, which is corrected to first order.
+  const ImuPreintegration imu(samples, bias + ImuBias::Constant(0.001), {});
+  const ImuState begin = motion.StateAt(ToSeconds(imu.start()));
+  const Eigen::Vector3d end = motion.StateAt(ToSeconds(imu.end())).T_WB.p();
+  const Twist truth = CameraMotion(begin, samples.front().gyroscope - bias.head<3>(), T_BC);
+  const Twist found = CameraMotionBefore(imu, bias, kGravity, begin.T_WB, end, T_BC);
+  // [m/s] the error of the integration over steps of a millisecond, divided by 0.3 s.
+  EXPECT_LT((found.v - truth.v).norm(), 1e-4);
+  EXPECT_LT((found.omega - truth.omega).norm(), 1e-12);
+  EXPECT_GT(truth.v.norm(), 0.1);
+}
+
 TEST(InertialWindow, WithoutImagesTheCovarianceGrows) {
   InertialScene scene;
   const auto readings = scene.Readings(0.0, 1.0);

@@ -1,9 +1,12 @@
 #include "system/pose_smoother.h"
 
 #include <cmath>
+#include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -381,6 +384,50 @@ TEST(PoseSmoother, ReadingsBridgeImagesThatStateNothing) {
   for (std::size_t i = 140; i < 170; ++i) {
     EXPECT_LT((smoothed[i].p() - recording.truth[i].p()).norm(), 4e-3) << i;
   }
+}
+
+// Changes the readings that end at a frame.
+void Change(Recording* recording, std::size_t frame,
+            const std::function<void(ReadingsBetween*)>& change) {
+  auto& readings = recording->measured[frame].readings;
+  ReadingsBetween changed = *readings;
+  change(&changed);
+  readings = std::make_shared<const ReadingsBetween>(std::move(changed));
+}
+
+// Poses may have been wrong when they were tracked, and have been refined since.
+TEST(PoseSmoother, ContradictedReadingsHoldIfThePosesAgreeWithThem) {
+  constexpr std::size_t kBefore = 20;
+  Recording recording = WithReadings(100, 15);
+  const std::vector<Pose> all = Smooth(recording.measured, kGravity);
+  Change(&recording, kBefore, [](ReadingsBetween* readings) { readings->contradicted = true; });
+  const std::vector<Pose> with = Smooth(recording.measured, kGravity);
+  recording.measured[kBefore].readings.reset();
+  const std::vector<Pose> without = Smooth(recording.measured, kGravity);
+  const auto error = [&](const std::vector<Pose>& poses) {
+    return PositionRmse({poses.begin(), poses.begin() + kBefore}, recording.truth);
+  };
+  // The frames before are too few to know their velocity. A margin of a tenth to this seed.
+  EXPECT_LT(error(with), 1.1 * error(all));
+  EXPECT_GT(error(without), 1.5 * error(all));
+}
+
+TEST(PoseSmoother, ReadingsOfAnImpactOnTheSensorStateNothing) {
+  constexpr std::size_t kImpact = 150;
+  Recording recording = WithReadings(300, 16);
+  Change(&recording, kImpact, [](ReadingsBetween* readings) {
+    readings->contradicted = true;
+    for (std::size_t k = 2; k < 5; ++k) {
+      readings->samples[k].accelerometer += Eigen::Vector3d(20.0, -30.0, 10.0);
+      readings->samples[k].gyroscope += Eigen::Vector3d(1.0, 2.0, -1.5);
+    }
+  });
+  const std::vector<Pose> with = Smooth(recording.measured, kGravity);
+  recording.measured[kImpact].readings.reset();
+  const std::vector<Pose> without = Smooth(recording.measured, kGravity);
+  // Nearly the same, since both halves share gravity's direction with them.
+  EXPECT_LT(PositionRmse(with, recording.truth), 1.05 * PositionRmse(without, recording.truth));
+  EXPECT_LT(RotationRmse(with, recording.truth), 1.05 * RotationRmse(without, recording.truth));
 }
 
 TEST(PoseSmoother, ReadingsAreNotUsedWithoutGravity) {

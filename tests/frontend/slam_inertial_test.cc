@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 #include <simulate/scenes/room.h>
 
+#include "features/row_times.h"
 #include "support/rendered_walk.h"
 
 namespace highwall::slam_inertial_test {
@@ -54,14 +55,17 @@ class SlamInertialTest : public ::testing::Test {
 
   // Returns the results of the frames of [0, end), where those of [kDark, kBrightAgain) are blank.
   static std::vector<FrameResult> Run(SlamSystem& system, std::size_t end = kFrames) {
+    return Run(system, end, walk_->readings);
+  }
+  static std::vector<FrameResult> Run(SlamSystem& system, std::size_t end,
+                                      const std::vector<ImuSample>& readings) {
     std::vector<FrameResult> results;
     std::size_t next = 0;
     for (std::size_t i = 0; i < end; ++i) {
       RgbdImage image = walk_->images[i];
-      for (; next < walk_->readings.size() &&
-             walk_->readings[next].stamp < image.stamp + FromSeconds(0.1);
+      for (; next < readings.size() && readings[next].stamp < image.stamp + FromSeconds(0.1);
            ++next) {
-        system.AddImu(walk_->readings[next]);
+        system.AddImu(readings[next]);
       }
       if (i >= kDark && i < kBrightAgain) {
         image.bgr = cv::Mat(240, 320, CV_8UC3, cv::Scalar::all(3));
@@ -145,6 +149,70 @@ TEST_F(SlamInertialTest, ReadingsFromBeforeItsInitializationSmoothTheBeginning) 
   const Trajectory beginning(all.begin(), all.begin() + start);
   // 1.6 mm without these readings, 0.4 mm with them.
   EXPECT_LT(RelativePoseError(walk().truth, beginning).statistics.rmse, 6e-4);
+}
+
+// The time offset, unknown to the system, is estimated anew when the IMU is initialized: readings
+// hold the frames before and after.
+TEST_F(SlamInertialTest, AnotherTimeOffsetDoesNotPartTheSmoothedTrajectory) {
+  SlamSystem system({.camera = SmallCamera()}, Deterministic({}), {.imu = walk().calibration});
+  Run(system, kDark);
+  system.Finish();
+  // 1.9 mm if frames between which the offset changed are smoothed apart, 0.4 mm here.
+  EXPECT_LT(RelativePoseError(walk().truth, system.trajectory()).statistics.max, 1e-3);
+}
+
+// A shock to the sensor that the camera does not make.
+TEST_F(SlamInertialTest, AShockToTheSensorDoesNotBendTheSmoothedTrajectory) {
+  constexpr double kBegin = 3.43, kEnd = 3.45;  // [s] between two images
+  SlamSystem system({.camera = SmallCamera()}, Deterministic({}), {.imu = walk().calibration});
+  std::vector<ImuSample> readings = walk().readings;
+  const Stamp first = walk().images.front().stamp + FromSeconds(kTimeOffset);
+  for (ImuSample& reading : readings) {
+    const double t = ToSeconds(reading.stamp - first);
+    if (t < kBegin || t > kEnd) continue;
+    reading.accelerometer += Eigen::Vector3d(10.0, -15.0, 5.0);
+    reading.gyroscope += Eigen::Vector3d(0.5, 1.0, -0.7);
+  }
+  const std::vector<FrameResult> results = Run(system, kDark, readings);
+  EXPECT_TRUE(std::ranges::any_of(results, [](const FrameResult& result) {
+    return result.inertial && result.inertial->contradicted;
+  }));
+  system.Finish();
+  // 1.8 mm if these readings are believed, 1.0 mm here.
+  EXPECT_LT(RelativePoseError(walk().truth, system.trajectory()).statistics.max, 1.4e-3);
+}
+
+// Keyframes from before the initialization were compensated by the motion from one frame to the
+// next.
+TEST_F(SlamInertialTest, RowsOfTheFirstKeyframeFollowTheReadings) {
+  // The images have no row times: those that are stated move each feature by the camera's motion.
+  const FrameTiming timing{.colour_readout = 0.03};
+  const auto first_keyframe = [&](FrameTimingMode mode) {
+    SlamOptions options = Deterministic({});
+    options.tracker.timing = mode;
+    SlamSystem system({.camera = SmallCamera(), .timing = timing}, options,
+                      {.imu = walk().calibration});
+    Run(system, kDark);
+    system.Finish();
+    return system.map().keyframe(system.map().keyframe_ids().front())->frame.features;
+  };
+  const auto as_extracted = first_keyframe(FrameTimingMode::kIgnored);
+  const auto found = first_keyframe(FrameTimingMode::kKnown);
+  const Trajectory& truth = walk().truth;
+  const auto expected =
+      CompensatedToMiddleRow(*as_extracted, SmallCamera(), timing.colour_readout,
+                             Twist::Between(truth[0].pose.Inverse() * truth[1].pose, 1.0 / kFps));
+  ASSERT_EQ(found->points.size(), expected->points.size());
+  double error = 0.0, shift = 0.0;  // [px] sums
+  for (std::size_t i = 0; i < found->points.size(); ++i) {
+    const Eigen::Vector2d& uv = expected->points[i].uv;
+    error += (found->points[i].uv - uv).norm();
+    shift += (as_extracted->points[i].uv - uv).norm();
+  }
+  const auto points = static_cast<double>(found->points.size());
+  EXPECT_GT(shift / points, 0.5);
+  // 0.043 by the motion until the next frame, 0.005 by the readings.
+  EXPECT_LT(error / points, 0.015);
 }
 
 // The lens is covered for longer than dead reckoning is trusted, and an unmapped place follows: the

@@ -82,4 +82,12 @@ std::optional<ImuPreintegration> InertialOdometry::Between(Stamp from, Stamp to)
   return impl_->Between(from, to);
 }
 
+std::optional<ImuPreintegration> InertialOdometry::MeasuredBetween(Stamp from, Stamp to) const {
+  return impl_->MeasuredBetween(from, to);
+}
+
+bool InertialOdometry::IsContradicted(Stamp from, Stamp to) const {
+  return impl_->IsContradicted(from, to);
+}
+
 }  // namespace highwall

@@ -136,12 +136,19 @@ std::optional<Eigen::Vector3d> InertialOdometry::Impl::UpInCamera(Stamp image) c
   return (T_BC_.q().conjugate() * mean).normalized();
 }
 
-std::optional<ImuPreintegration> InertialOdometry::Impl::Between(Stamp from, Stamp to) const {
-  if (from >= to || buffer_.empty()) return std::nullopt;
-  const bool contradicted = std::ranges::any_of(contradicted_, [&](const auto& interval) {
+bool InertialOdometry::Impl::IsContradicted(Stamp from, Stamp to) const {
+  return std::ranges::any_of(contradicted_, [&](const auto& interval) {
     return from < interval.second && interval.first < to;
   });
-  if (contradicted) return std::nullopt;
+}
+
+std::optional<ImuPreintegration> InertialOdometry::Impl::Between(Stamp from, Stamp to) const {
+  return IsContradicted(from, to) ? std::nullopt : MeasuredBetween(from, to);
+}
+
+std::optional<ImuPreintegration> InertialOdometry::Impl::MeasuredBetween(Stamp from,
+                                                                         Stamp to) const {
+  if (from >= to || buffer_.empty()) return std::nullopt;
   const auto interval = buffer_.Between(from, to);
   if (!interval || interval->HasGap()) return std::nullopt;
   const ImuNoise shaken = ShakenNoise(calibration_.noise, interval->samples);

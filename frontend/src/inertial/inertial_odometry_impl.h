@@ -44,6 +44,8 @@ class InertialOdometry::Impl {
   const ImuCalibration& calibration() const { return calibration_; }
   const Pose& T_BC() const { return T_BC_; }
   std::optional<ImuPreintegration> Between(Stamp from, Stamp to) const;
+  std::optional<ImuPreintegration> MeasuredBetween(Stamp from, Stamp to) const;
+  bool IsContradicted(Stamp from, Stamp to) const;
 
  private:
   // Tests the configuration against the images; on a contradiction the IMU is given up.

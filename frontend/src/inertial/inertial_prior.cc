@@ -70,6 +70,16 @@ Twist CameraMotion(const ImuState& body, const Eigen::Vector3d& omega_B, const P
   return {q_CB * v_B, q_CB * omega_B};
 }
 
+Twist CameraMotionBefore(const ImuPreintegration& imu, const ImuBias& bias,
+                         const Eigen::Vector3d& gravity_W, const Pose& T_WB,
+                         const Eigen::Vector3d& p_WB, const Pose& T_BC) {
+  // docs/factors/imu_preintegration.md, Eq. 1: the position is linear in the first velocity.
+  const ImuState from_rest = imu.Predict({T_WB}, bias, gravity_W);
+  const Eigen::Vector3d v_WB = (p_WB - from_rest.T_WB.p()) / ToSeconds(imu.end() - imu.start());
+  const Eigen::Vector3d omega_B = imu.samples().front().gyroscope - bias.head<3>();
+  return CameraMotion({T_WB, v_WB}, omega_B, T_BC);
+}
+
 CameraPoseEstimate PredictCamera(const InertialPrior& from, const Pose& T_BC,
                                  const ImuPreintegration& imu, double weight) {
   const Eigen::Vector3d gravity = kStandardGravity * from.gravity_W.vector();

@@ -76,4 +76,10 @@ Eigen::Matrix<double, 6, 6> BodyByExtrinsics(const Pose& T_WB, const Pose& T_BC)
 // velocity omega_B [rad/s], free of bias.
 Twist CameraMotion(const ImuState& body, const Eigen::Vector3d& omega_B, const Pose& T_BC);
 
+// Returns the camera's motion, in its own frame, at the first of these readings: the velocity with
+// which they lead from the body's pose T_WB there to p_WB at their end. gravity_W: [m/s^2].
+Twist CameraMotionBefore(const ImuPreintegration& imu, const ImuBias& bias,
+                         const Eigen::Vector3d& gravity_W, const Pose& T_WB,
+                         const Eigen::Vector3d& p_WB, const Pose& T_BC);
+
 }  // namespace highwall

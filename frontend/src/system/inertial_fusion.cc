@@ -16,6 +16,7 @@
 #include <highwall/frontend/map/seen_landmarks.h>
 #include <highwall/internal/stage_timer.h>
 
+#include "inertial/inertial_prior.h"
 #include "system/slam_system_impl.h"
 
 namespace highwall {
@@ -67,7 +68,10 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
     weighed_ += seconds * weight;
   }
   last_fused_ = observation.image;
-  if (!was_running && result.inertial->T_gravity) AddReadingsBeforeStart();
+  if (!was_running && result.inertial->T_gravity) {
+    AddReadingsBeforeStart();
+    CorrectMotionsBeforeStart();
+  }
   if (const auto gravity_W = inertial_->gravity_W()) map_.SetGravity(gravity_W, submap_);
   if (const std::optional<Pose> T_WC = inertial_->T_WC()) {
     if (tracked.state == TrackingState::kTracking) {
@@ -84,47 +88,62 @@ void SlamSystem::Impl::Fuse(InertialOdometry::Observation observation, TrackedFr
 }
 
 std::shared_ptr<const ReadingsBetween> SlamSystem::Impl::ReadingsFromBefore() {
-  // [s] between the intervals of both clocks: more where the time offset was estimated anew.
-  constexpr double kSameInterval = 1e-3;
-  const std::optional<InertialEstimate> now = inertial_->estimate();
-  const auto before = std::exchange(fused_before_, std::nullopt);
-  if (!now) return nullptr;
-  fused_before_ = {last_fused_, now->stamp};
-  if (!before) return nullptr;
-  const double of_images = ToSeconds(last_fused_ - before->image);
-  const double of_readings = ToSeconds(now->stamp - before->imu);
-  if (of_readings <= 0.0 || std::abs(of_images - of_readings) > kSameInterval) return nullptr;
-  return Readings(*before, now->stamp, *now);
+  const bool is_fused = inertial_->estimate().has_value();
+  const auto before =
+      std::exchange(fused_before_, is_fused ? std::optional(last_fused_) : std::nullopt);
+  return is_fused && before ? Readings(*before, last_fused_) : nullptr;
 }
 
-std::shared_ptr<const ReadingsBetween> SlamSystem::Impl::Readings(
-    const FusedStamps& from, Stamp to, const InertialEstimate& now) const {
-  const auto motion = inertial_->Between(from.imu, to);
+std::shared_ptr<const ReadingsBetween> SlamSystem::Impl::Readings(Stamp from, Stamp to) const {
+  const InertialEstimate now = *inertial_->estimate();
+  // By the present time offset, so that the readings last as long as the images are apart.
+  const Stamp offset = now.stamp - last_fused_;
+  const auto motion = inertial_->MeasuredBetween(from + offset, to + offset);
   if (!motion || !motion->HasInformation() || inertial_->weight() <= 0.0) return nullptr;
   return std::make_shared<const ReadingsBetween>(
-      ReadingsBetween{.before = from.image,
+      ReadingsBetween{.before = from,
                       .samples = {motion->samples().begin(), motion->samples().end()},
                       .noise = motion->options().noise,
                       .weight = inertial_->weight(),
+                      .contradicted = inertial_->IsContradicted(from + offset, to + offset),
                       .bias = now.bias,
                       .bias_sigma = now.covariance.diagonal().tail<6>().cwiseSqrt()});
 }
 
 void SlamSystem::Impl::AddReadingsBeforeStart() {
-  const InertialEstimate now = *inertial_->estimate();
   const SubmapId root = map_.Root(submap_);
   std::vector<PosedFrame>& frames = *tracked_.mutable_frames();
-  std::optional<FusedStamps> after;
-  for (std::size_t i = frames.size(); i-- > 0;) {
-    if (map_.RootOf(frames[i].pose.reference) != root) return;
-    const FusedStamps at{frames[i].stamp, frames[i].stamp + (now.stamp - last_fused_)};
-    if (!after) fused_before_ = at;
-    if (after) {
-      auto readings = frames[i + 1].readings ? nullptr : Readings(at, after->imu, now);
-      if (!readings) return;
-      frames[i + 1].readings = std::move(readings);
-    }
-    after = at;
+  if (frames.empty() || map_.RootOf(frames.back().pose.reference) != root) return;
+  fused_before_ = frames.back().stamp;
+  for (std::size_t i = frames.size() - 1; i-- > 0;) {
+    if (map_.RootOf(frames[i].pose.reference) != root || frames[i + 1].readings) return;
+    frames[i + 1].readings = Readings(frames[i].stamp, frames[i + 1].stamp);
+    if (!frames[i + 1].readings) return;
+  }
+}
+
+void SlamSystem::Impl::CorrectMotionsBeforeStart() {
+  // [ns] from a keyframe to the one that shows its velocity: poses that are 5 mm off make it
+  // 0.02 m/s, and gravity that is 0.015 rad off 0.02 m/s, instead of 0.15 m/s from one frame to the
+  // next.
+  constexpr Stamp kShowsVelocity = 250'000'000;
+  const InertialEstimate now = *inertial_->estimate();
+  const Stamp offset = now.stamp - last_fused_;
+  const Eigen::Vector3d gravity_W = *inertial_->gravity_W();
+  const Pose T_CB = inertial_->T_BC().Inverse();
+  const std::vector<KeyFrameId> keyframes = map_.KeyFramesOf(map_.Root(submap_));
+  for (auto id = keyframes.begin(); id != keyframes.end(); ++id) {
+    if (*id <= last_given_keyframe_) continue;
+    const KeyFrame& keyframe = *map_.keyframe(*id);
+    const auto later = std::find_if(id, keyframes.end(), [&](KeyFrameId other) {
+      return map_.keyframe(other)->frame.stamp >= keyframe.frame.stamp + kShowsVelocity;
+    });
+    if (later == keyframes.end()) return;
+    const KeyFrame& next = *map_.keyframe(*later);
+    const auto imu = inertial_->Between(keyframe.frame.stamp + offset, next.frame.stamp + offset);
+    if (!imu) continue;
+    sensor_.CorrectMotion(*id, CameraMotionBefore(*imu, now.bias, gravity_W, keyframe.T_WC * T_CB,
+                                                  (next.T_WC * T_CB).p(), inertial_->T_BC()));
   }
 }
 

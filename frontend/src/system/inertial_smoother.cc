@@ -37,7 +37,11 @@ std::vector<Pose> SmoothByReadings(std::span<const MeasuredPose> poses, const Mo
   FactorGraph graph;
   // At 95 % of chi-squared with 6 and with 15 degrees of freedom.
   const auto of_pose = std::make_shared<ceres::HuberLoss>(3.5);
-  const auto of_readings = std::make_shared<ceres::HuberLoss>(5.0);
+  const std::shared_ptr<ceres::LossFunction> of_readings = std::make_shared<ceres::HuberLoss>(5.0);
+  // Poses that are refined may agree with the readings that contradicted them when they were
+  // tracked; those of an impact on the sensor must state nothing.
+  const std::shared_ptr<ceres::LossFunction> of_contradicted =
+      std::make_shared<ceres::CauchyLoss>(5.0);
   const auto gravity = graph.AddVariable(UnitDirection(gravity_W));
   std::vector<BodyState> states;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -61,8 +65,8 @@ std::vector<Pose> SmoothByReadings(std::span<const MeasuredPose> poses, const Mo
     const BodyState& before = states[i - 1];
     const ImuPreintegration imu(readings.samples, readings.bias, {.noise = readings.noise});
     graph.AddFactor(std::make_unique<ImuGravityFactor>(imu, kStandardGravity, readings.weight),
-                    of_readings, before.T_WB, before.v_WB, before.bias, state.T_WB, state.v_WB,
-                    state.bias, gravity);
+                    readings.contradicted ? of_contradicted : of_readings, before.T_WB, before.v_WB,
+                    before.bias, state.T_WB, state.v_WB, state.bias, gravity);
   }
   SolveOptions options;
   options.max_iterations = 20;

@@ -136,16 +136,15 @@ class SlamSystem::Impl {
   // Returns the readings of the IMU from the frame before to the newest one; null if they are not
   // all there.
   std::shared_ptr<const ReadingsBetween> ReadingsFromBefore();
-  // Stamps of a frame.
-  struct FusedStamps {
-    Stamp image = 0, imu = 0;  // each of its clock
-  };
-  // Returns the readings from a frame to a stamp of the IMU, with the bias of `now`; null likewise.
-  std::shared_ptr<const ReadingsBetween> Readings(const FusedStamps& from, Stamp to,
-                                                  const InertialEstimate& now) const;
+  // Returns the readings between the stamps of two images, with the present bias of a running IMU;
+  // null likewise.
+  std::shared_ptr<const ReadingsBetween> Readings(Stamp from, Stamp to) const;
   // Gives the frames of this world until now, tracked before the IMU was initialized, the readings
   // between them, so that these smooth the whole trajectory.
   void AddReadingsBeforeStart();
+  // Corrects the motions by which the rows of the keyframes of this world were compensated, tracked
+  // at constant velocity before the IMU was initialized, by the readings after each of them.
+  void CorrectMotionsBeforeStart();
   LossReason ReasonOf(const TrackedFrame& lost) const;
   bool WantsKeyFrame(const TrackedFrame& tracked);
   // Returns whether a keyframe that is due waits until the running adjustment ends.
@@ -234,8 +233,8 @@ class SlamSystem::Impl {
   double imu_constrained_time_ = 0.0;  // [s] covered by IMU factors since the last keyframe
   double weighed_ = 0.0;               // the same, each interval times its weight
   Stamp last_fused_ = 0;
-  std::optional<AnchoredPose> image_pose_;   // of the newest frame, if `pose` is fused with the IMU
-  std::optional<FusedStamps> fused_before_;  // of the last frame with a pose
+  std::optional<AnchoredPose> image_pose_;  // of the newest frame, if `pose` is fused with the IMU
+  std::optional<Stamp> fused_before_;       // of the last frame with a pose
 };
 
 template <class Change>

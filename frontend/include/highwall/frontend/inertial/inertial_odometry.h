@@ -93,8 +93,12 @@ class InertialOdometry {
   const Pose& T_BC() const;
 
   // Returns the readings between two instants of the IMU's clock, preintegrated with the current
-  // bias; empty if some are missing.
+  // bias; empty if some are missing, or if images contradict them.
   std::optional<ImuPreintegration> Between(Stamp from, Stamp to) const;
+  // Returns the same even if images contradict them, as they did when they were tracked.
+  std::optional<ImuPreintegration> MeasuredBetween(Stamp from, Stamp to) const;
+  // Returns whether images contradict some of the readings between these instants.
+  bool IsContradicted(Stamp from, Stamp to) const;
 
  private:
   class Impl;

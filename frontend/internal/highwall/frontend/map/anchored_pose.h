@@ -51,6 +51,7 @@ struct ReadingsBetween {
   std::vector<ImuSample> samples;  // from there to the frame at their end, in the IMU's clock
   ImuNoise noise{};                // of these readings
   double weight = 1.0;             // > 0, of their factor
+  bool contradicted = false;       // by the image at their end, as it was tracked
   ImuBias bias = ImuBias::Zero(), bias_sigma = ImuBias::Ones();  // at their end
 };
 
