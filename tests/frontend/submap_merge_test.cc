@@ -1,3 +1,4 @@
+#include <span>
 #include <string>
 #include <vector>
 
@@ -89,6 +90,44 @@ TEST(SubmapMerge, APlaceThatHasMostlyChangedIsNotMerged) {
   const Walked walked = Walk(scene, careful);
   EXPECT_EQ(walked.merged_at, -1);
   EXPECT_GT(walked.refused, 0) << "and the reason is reported";
+}
+
+// Returns the first keyframe after which, as the last one, the submaps are merged; -1: none.
+int MergedAtTheEnd(const LoopSceneOptions& scene_options, LoopCloserOptions options = {}) {
+  options.detector.consistency = 30;  // keyframes in a row: none is merged on the way
+  options.detector.decisive_ratio = 100.0;
+  for (int last = kInView; last < LoopScene(scene_options).size(); ++last) {
+    LoopScene scene(scene_options);
+    LoopCloser closer(scene.model, options, 0);
+    for (int i = 0; i <= last; ++i) {
+      EXPECT_FALSE(closer.InsertKeyFrame(scene.map, scene.Add(i))) << i;
+    }
+    const std::vector<KeyFrameId> all = scene.map.keyframe_ids();
+    closer.InsertLast(scene.map, std::span(all).last(3));
+    closer.Finish(&scene.map);
+    if (scene.map.roots().size() == 1) return last;
+  }
+  return -1;
+}
+
+TEST(SubmapMerge, AtTheEndTwoKeyFramesThatAgreeAreEnough) {
+  LoopScene scene(kTwoSubmaps);
+  LoopCloserOptions one_is_enough;
+  one_is_enough.detector.decisive_ratio = 1.0;
+  const int first = Walk(scene, one_is_enough).merged_at;
+  EXPECT_EQ(MergedAtTheEnd(kTwoSubmaps), first + 1);
+}
+
+TEST(SubmapMerge, AtTheEndKeyFramesThatDisagreeAreNotEnough) {
+  LoopCloserOptions strict;
+  strict.graph.max_loop_chi2 = 1e-6;
+  EXPECT_EQ(MergedAtTheEnd(kTwoSubmaps, strict), -1);
+}
+
+TEST(SubmapMerge, AtTheEndAPlaceThatHasMostlyChangedIsNotMerged) {
+  LoopSceneOptions options = kTwoSubmaps;
+  options.strange_return = 0.6;
+  EXPECT_EQ(MergedAtTheEnd(options), -1);
 }
 
 // A merge on another thread, while the submap that moves grows: new keyframes and landmarks move

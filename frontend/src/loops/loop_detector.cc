@@ -1,6 +1,7 @@
 #include "loops/loop_detector.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include <highwall/frontend/map/anchored_pose.h>
@@ -238,17 +239,41 @@ std::optional<Loop> LoopDetector::DetectLast(const Map& map, std::span<const Key
                                              std::span<const LoopEdge> loops) {
   const std::size_t refused = refused_.size();
   std::optional<Found> best;
+  std::vector<Found> merges;
   for (const KeyFrameId keyframe : newest) {
-    for (const KeyFrameId candidate : FindCandidates(map, keyframe, kLastCandidates).loops) {
+    const Candidates candidates = FindCandidates(map, keyframe, kLastCandidates);
+    for (const KeyFrameId candidate : candidates.merges) {
+      auto found = FindPlace(map, keyframe, candidate, last_relocalizer_);
+      if (found && found->share >= 1.0) merges.push_back(*std::move(found));
+    }
+    for (const KeyFrameId candidate : candidates.loops) {
       auto found = FindPlace(map, keyframe, candidate, last_relocalizer_);
       if (!found || found->share < options_.min_match_ratio_across_submaps) continue;
       if (!best || found->support > best->support) best = std::move(found);
     }
   }
   refused_.resize(refused);  // only that of the best says why no loop was closed
-  if (!best || !IsWithinDrift(map, loops, &best->loop)) return std::nullopt;
-  places_.clear();
-  return std::move(best->loop);
+  std::optional<Loop> last = AgreedMerge(map, std::move(merges));
+  if (!last && best && IsWithinDrift(map, loops, &best->loop)) last = std::move(best->loop);
+  if (last) places_.clear();
+  return last;
+}
+
+std::optional<Loop> LoopDetector::AgreedMerge(const Map& map, std::vector<Found> found) {
+  std::ranges::stable_sort(found, std::greater(), &Found::support);
+  for (Found& one : found) {
+    const LoopEdge& edge = one.loop.edge;
+    const bool agreed = std::ranges::any_of(found, [&](const Found& other) {
+      return other.loop.edge.keyframe != edge.keyframe &&
+             map.RootOf(other.loop.edge.match) == map.RootOf(edge.match) &&
+             MergeChi2(map, other.loop.edge, edge, graph_) <= graph_.max_loop_chi2;
+    });
+    if (!agreed) continue;
+    if (Contradicts(map, edge)) return std::nullopt;
+    merge_candidate_.reset();
+    return std::move(one.loop);
+  }
+  return std::nullopt;
 }
 
 bool LoopDetector::IsWithinDrift(const Map& map, std::span<const LoopEdge> loops, Loop* loop) {

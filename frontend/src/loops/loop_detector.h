@@ -46,7 +46,7 @@ class LoopDetector {
   // To be called where no keyframes follow, since a recording often ends where it began. newest:
   // the last keyframes, active, of one world. Of the loops that they find, though too few in a row
   // may propose them, it returns the one with the most support, whose match ratio must be that of a
-  // merge.
+  // merge. Between submaps two of them must agree that match as much as in their own surroundings.
   std::optional<Loop> DetectLast(const Map& map, std::span<const KeyFrameId> newest,
                                  std::span<const LoopEdge> loops);
 
@@ -97,6 +97,9 @@ class LoopDetector {
   bool IsWithinDrift(const Map& map, std::span<const LoopEdge> loops, Loop* loop);
   // Returns whether enough consecutive keyframes agree on the transform; stores it.
   bool Agrees(const Map& map, const LoopEdge& edge);
+  // Returns the one of these merges with the most support on which another keyframe agrees, unless
+  // gravity or depth contradicts it.
+  std::optional<Loop> AgreedMerge(const Map& map, std::vector<Found> found);
   // Returns whether gravity or the depth of the two submaps is inconsistent with their merge.
   bool Contradicts(const Map& map, const LoopEdge& edge);
   std::optional<Found> FindPlace(const Map& map, KeyFrameId keyframe, KeyFrameId candidate,
