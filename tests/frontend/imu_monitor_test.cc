@@ -1,6 +1,7 @@
 #include "inertial/imu_monitor.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -64,6 +65,40 @@ TEST(ImuMonitor, AfterLongUseAShortContradictionEndsNothing) {
   drive.Until(50.0);
   EXPECT_GT(GivenUpAt(drive), 50.0);
   EXPECT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+}
+
+// The images contradict the readings of a shock: without these, nothing speaks against the IMU.
+TEST(ImuMonitor, AShockSoonAfterTheStartEndsNothing) {
+  for (const double shock :
+       {2.52, 2.57, 3.04}) {  // [s] within an interval of images, over an image
+    Drive drive;
+    drive.change = [=](ImuSample& reading) {
+      const double t = ToSeconds(reading.stamp);
+      if (t > shock && t < shock + 0.06) {
+        reading.accelerometer += Eigen::Vector3d(20.0, -30.0, 10.0);
+        reading.gyroscope += Eigen::Vector3d(1.0, 2.0, -1.5);
+      }
+      return true;
+    };
+    drive.Until(2.5);
+    ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
+    drive.Until(12.0);
+    EXPECT_GT(GivenUpAt(drive), 12.0) << shock;
+    EXPECT_FALSE(std::ranges::any_of(drive.reports, [](const InertialReport& report) {
+      return report.finding.has_value();
+    })) << shock;
+  }
+}
+
+TEST(ImuMonitor, AnImuThatIsContradictedAllTheTimeIsGivenUp) {
+  Drive drive;
+  drive.change = [](ImuSample& reading) {
+    const double t = ToSeconds(reading.stamp);
+    if (t > 2.5 && std::fmod(t, 0.3) < 0.1) reading.gyroscope += Eigen::Vector3d(1.0, 2.0, -1.5);
+    return true;
+  };
+  drive.Until(12.0);
+  EXPECT_LT(GivenUpAt(drive), 12.0);
 }
 
 TEST(ImuMonitor, ARightImuIsNeverGivenUp) {

@@ -5,7 +5,9 @@
 namespace highwall {
 namespace {
 
-constexpr double kPoseStep = 0.03;                            // [s] between poses
+constexpr double kPoseStep = 0.03;  // [s] between poses
+// [ns] With it a part lasts longer than steps between poses that follow each other (ImuAlignment).
+constexpr Stamp kAround = 80'000'000;
 constexpr double kCheckInterval = 1.0, kEarlyInterval = 0.5;  // [s] once confirmed, and before
 
 }  // namespace
@@ -16,6 +18,22 @@ void ImuMonitor::Add(Stamp stamp, const Pose& T_WC) {
   poses_.push_back({stamp, T_WC});
   const Stamp oldest = stamp - FromSeconds(kMonitored);
   std::erase_if(poses_, [oldest](const StampedPose& pose) { return pose.stamp < oldest; });
+  std::erase_if(left_out_, [oldest](const auto& part) { return part.second < oldest; });
+}
+
+void ImuMonitor::LeaveOut(Stamp from, Stamp to) {
+  left_out_.emplace_back(from - kAround, to + kAround);
+}
+
+Trajectory ImuMonitor::Trusted() const {
+  constexpr std::size_t kFewest = 5;  // at most every fifth is left out
+  Trajectory trusted = poses_;
+  std::erase_if(trusted, [&](const StampedPose& pose) {
+    return std::ranges::any_of(left_out_, [&](const auto& part) {
+      return part.first < pose.stamp && pose.stamp < part.second;
+    });
+  });
+  return kFewest * (poses_.size() - trusted.size()) <= poses_.size() ? trusted : poses_;
 }
 
 void ImuMonitor::MoveMap(const Pose& T_new_old) {
@@ -24,6 +42,7 @@ void ImuMonitor::MoveMap(const Pose& T_new_old) {
 
 void ImuMonitor::Clear() {
   poses_.clear();
+  left_out_.clear();
 }
 
 std::optional<ImuJudgement> ImuMonitor::Check(Stamp image, const ImuBuffer& readings,
@@ -38,7 +57,7 @@ std::optional<ImuJudgement> ImuMonitor::Check(Stamp image, const ImuBuffer& read
   const Stamp begin = std::max(readings.oldest(), std::min(from, readings.newest() - 1));
   const auto interval_of = readings.Between(begin, readings.newest());
   if (!interval_of) return std::nullopt;
-  return JudgeImu(poses_, interval_of->samples, calibration, max_step_);
+  return JudgeImu(Trusted(), interval_of->samples, calibration, max_step_);
 }
 
 }  // namespace highwall

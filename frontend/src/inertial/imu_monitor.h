@@ -1,6 +1,8 @@
 #pragma once
 
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include <highwall/core/trajectory.h>
 #include <highwall/factors/imu_buffer.h>
@@ -19,6 +21,10 @@ class ImuMonitor {
 
   // Adds the pose of an image; stamp [ns] of the camera's clock, ascending.
   void Add(Stamp stamp, const Pose& T_WC);
+  // Leaves out the poses around these stamps [ns, camera's clock], between which an image
+  // contradicted the readings: a shock to the sensor is no fault of the configuration. They count
+  // if they are more than a fifth, since a wrong configuration is contradicted everywhere.
+  void LeaveOut(Stamp from, Stamp to);
   // Transforms the poses with the map by T_new_old in W.
   void MoveMap(const Pose& T_new_old);
   void Clear();
@@ -30,7 +36,11 @@ class ImuMonitor {
 
  private:
   double max_step_;
+  // Returns the poses that are not left out.
+  Trajectory Trusted() const;
+
   Trajectory poses_;
+  std::vector<std::pair<Stamp, Stamp>> left_out_;
   std::optional<Stamp> last_check_;
 };
 

@@ -519,6 +519,8 @@ void InertialOdometry::Impl::RejectInterval(const ImuPreintegration& imu) {
   std::erase_if(contradicted_,
                 [&](const auto& interval) { return interval.second < buffer_.oldest(); });
   contradicted_.emplace_back(imu.start(), imu.end());
+  const Stamp offset = FromSeconds(time_offset());
+  monitor_.LeaveOut(imu.start() - offset, imu.end() - offset);
 }
 
 std::optional<Twist> InertialOdometry::Impl::MotionTo(const Observation& observation) const {
