@@ -101,6 +101,18 @@ TEST(ImuMonitor, AnImuThatIsContradictedAllTheTimeIsGivenUp) {
   EXPECT_LT(GivenUpAt(drive), 12.0);
 }
 
+// What turns the wrong way is contradicted only while the camera turns.
+TEST(ImuMonitor, AGyroscopeThatIsWrongForASecondAndAHalfIsNoShock) {
+  Drive drive;
+  drive.change = [](ImuSample& reading) {
+    const double t = ToSeconds(reading.stamp);
+    if (t > 6.0 && t < 7.5) reading.gyroscope *= -1.0;
+    return true;
+  };
+  drive.Until(9.0);
+  EXPECT_LT(GivenUpAt(drive), 9.0);
+}
+
 TEST(ImuMonitor, ARightImuIsNeverGivenUp) {
   Drive drive;
   drive.Until(15.0);

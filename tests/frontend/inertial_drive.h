@@ -64,7 +64,7 @@ class Drive {
     return static_cast<int>(std::ranges::count_if(
         reports, [](const InertialReport& r) { return r.T_gravity.has_value(); }));
   }
-  double Stamp() const { return kFirst + kStep * image_; }
+  double Stamp() const { return kFirst + step * image_; }
   Pose Truth(double t) const { return T_map * scene.T_WC(t); }
   double PositionError() const {
     return odometry.T_WC() ? (odometry.T_WC()->p() - Truth(last).p()).norm() : HUGE_VAL;
@@ -81,6 +81,7 @@ class Drive {
   std::function<Eigen::Vector3d(double)> drift = [](double) -> Eigen::Vector3d {
     return Eigen::Vector3d::Zero();
   };
+  double step = kStep;                          // [s] between images
   double sharpness = 1.0, tracked_share = 1.0;  // of the images
   Pose T_map;                                   // of the images' first frame in W
   std::vector<InertialReport> reports;

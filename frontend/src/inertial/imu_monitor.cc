@@ -18,22 +18,31 @@ void ImuMonitor::Add(Stamp stamp, const Pose& T_WC) {
   poses_.push_back({stamp, T_WC});
   const Stamp oldest = stamp - FromSeconds(kMonitored);
   std::erase_if(poses_, [oldest](const StampedPose& pose) { return pose.stamp < oldest; });
-  std::erase_if(left_out_, [oldest](const auto& part) { return part.second < oldest; });
+  std::erase_if(contradicted_, [oldest](const auto& event) { return event.second < oldest; });
 }
 
 void ImuMonitor::LeaveOut(Stamp from, Stamp to) {
-  left_out_.emplace_back(from - kAround, to + kAround);
+  // Contradicted readings are followed by some that little is expected of.
+  constexpr Stamp kOneEvent = 300'000'000;  // [ns]
+  if (!contradicted_.empty() && from - contradicted_.back().second <= kOneEvent) {
+    contradicted_.back().second = to;
+  } else {
+    contradicted_.emplace_back(from, to);
+  }
 }
 
 Trajectory ImuMonitor::Trusted() const {
-  constexpr std::size_t kFewest = 5;  // at most every fifth is left out
+  constexpr Stamp kShock = 400'000'000;  // [ns]
+  constexpr std::size_t kOneIn = 5;      // the most that are left out
   Trajectory trusted = poses_;
-  std::erase_if(trusted, [&](const StampedPose& pose) {
-    return std::ranges::any_of(left_out_, [&](const auto& part) {
-      return part.first < pose.stamp && pose.stamp < part.second;
-    });
-  });
-  return kFewest * (poses_.size() - trusted.size()) <= poses_.size() ? trusted : poses_;
+  for (const auto& [from, to] : contradicted_) {
+    if (to - from > kShock) continue;
+    std::erase_if(trusted,
+                  [&, first = from - kAround, last = to + kAround](const StampedPose& pose) {
+                    return first < pose.stamp && pose.stamp < last;
+                  });
+  }
+  return kOneIn * (poses_.size() - trusted.size()) <= poses_.size() ? trusted : poses_;
 }
 
 void ImuMonitor::MoveMap(const Pose& T_new_old) {
@@ -42,7 +51,7 @@ void ImuMonitor::MoveMap(const Pose& T_new_old) {
 
 void ImuMonitor::Clear() {
   poses_.clear();
-  left_out_.clear();
+  contradicted_.clear();
 }
 
 std::optional<ImuJudgement> ImuMonitor::Check(Stamp image, const ImuBuffer& readings,

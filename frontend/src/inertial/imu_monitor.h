@@ -21,9 +21,10 @@ class ImuMonitor {
 
   // Adds the pose of an image; stamp [ns] of the camera's clock, ascending.
   void Add(Stamp stamp, const Pose& T_WC);
-  // Leaves out the poses around these stamps [ns, camera's clock], between which an image
-  // contradicted the readings: a shock to the sensor is no fault of the configuration. They count
-  // if they are more than a fifth, since a wrong configuration is contradicted everywhere.
+  // Leaves out the poses around these stamps [ns, camera's clock], ascending, between which an
+  // image contradicted the readings: a shock to the sensor is no fault of the configuration. Poses
+  // are not left out where that lasts for longer than a shock, or if they are more than a fifth: a
+  // wrong configuration is contradicted as long as the camera moves.
   void LeaveOut(Stamp from, Stamp to);
   // Transforms the poses with the map by T_new_old in W.
   void MoveMap(const Pose& T_new_old);
@@ -40,7 +41,7 @@ class ImuMonitor {
   Trajectory Trusted() const;
 
   Trajectory poses_;
-  std::vector<std::pair<Stamp, Stamp>> left_out_;
+  std::vector<std::pair<Stamp, Stamp>> contradicted_;
   std::optional<Stamp> last_check_;
 };
 

@@ -234,13 +234,14 @@ InertialInitializer::InertialInitializer(const ImuCalibration& calibration,
   options_.Validate();
 }
 
-void InertialInitializer::Add(Stamp stamp, const VisualPose& visual) {
+bool InertialInitializer::Add(Stamp stamp, const VisualPose& visual) {
   // Half a millisecond of jitter in the stamps must not cost an image.
   if (!images_.empty() && ToSeconds(stamp - images_.back().stamp) < kImageInterval - 5e-4) {
-    return;
+    return false;
   }
   images_.push_back({stamp, visual});
   while (ToSeconds(stamp - images_.front().stamp) > criteria_.max_duration) images_.pop_front();
+  return true;
 }
 
 void InertialInitializer::MoveMap(const Pose& T_new_old) {

@@ -66,8 +66,9 @@ class InertialInitializer {
       const std::optional<Eigen::Matrix<double, 6, 1>>& extrinsics_sigma = std::nullopt,
       const InitializationCriteria& criteria = {});
 
-  // Adds an image's pose; stamp [ns] of the camera's clock, ascending.
-  void Add(Stamp stamp, const VisualPose& visual);
+  // Adds an image's pose; stamp [ns] of the camera's clock, ascending. Returns false and ignores it
+  // if the image before is closer than a tenth of a second.
+  bool Add(Stamp stamp, const VisualPose& visual);
   void Clear() { images_.clear(); }
   // Transforms the images' poses with the map by T_new_old in W.
   void MoveMap(const Pose& T_new_old);

@@ -82,8 +82,8 @@ std::optional<ImuPreintegration> InertialOdometry::Between(Stamp from, Stamp to)
   return impl_->Between(from, to);
 }
 
-std::optional<ImuPreintegration> InertialOdometry::MeasuredBetween(Stamp from, Stamp to) const {
-  return impl_->MeasuredBetween(from, to);
+std::optional<ImuPreintegration> InertialOdometry::AllBetween(Stamp from, Stamp to) const {
+  return impl_->AllBetween(from, to);
 }
 
 bool InertialOdometry::IsContradicted(Stamp from, Stamp to) const {

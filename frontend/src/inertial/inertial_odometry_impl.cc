@@ -143,11 +143,10 @@ bool InertialOdometry::Impl::IsContradicted(Stamp from, Stamp to) const {
 }
 
 std::optional<ImuPreintegration> InertialOdometry::Impl::Between(Stamp from, Stamp to) const {
-  return IsContradicted(from, to) ? std::nullopt : MeasuredBetween(from, to);
+  return IsContradicted(from, to) ? std::nullopt : AllBetween(from, to);
 }
 
-std::optional<ImuPreintegration> InertialOdometry::Impl::MeasuredBetween(Stamp from,
-                                                                         Stamp to) const {
+std::optional<ImuPreintegration> InertialOdometry::Impl::AllBetween(Stamp from, Stamp to) const {
   if (from >= to || buffer_.empty()) return std::nullopt;
   const auto interval = buffer_.Between(from, to);
   if (!interval || interval->HasGap()) return std::nullopt;
@@ -219,11 +218,12 @@ void InertialOdometry::Impl::Initialize(const Observation& observation, Inertial
     report.reason = given_up ? reason_ : "the image gives no pose";
     return;
   }
-  initializer_.Add(observation.image, *observation.visual);
+  // The solution is the state at the newest image added, which must be this one.
+  const bool is_newest = initializer_.Add(observation.image, *observation.visual);
   const double interval = given_up ? kLateRetryInterval : kRetryInterval;
   const bool is_early =
       last_attempt_ && ToSeconds(observation.image - *last_attempt_) < interval - 5e-4;
-  if (is_early || observation.keeps_level) {
+  if (!is_newest || is_early || observation.keeps_level) {
     report.reason = reason_;
     return;
   }

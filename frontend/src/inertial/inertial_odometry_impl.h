@@ -44,7 +44,7 @@ class InertialOdometry::Impl {
   const ImuCalibration& calibration() const { return calibration_; }
   const Pose& T_BC() const { return T_BC_; }
   std::optional<ImuPreintegration> Between(Stamp from, Stamp to) const;
-  std::optional<ImuPreintegration> MeasuredBetween(Stamp from, Stamp to) const;
+  std::optional<ImuPreintegration> AllBetween(Stamp from, Stamp to) const;
   bool IsContradicted(Stamp from, Stamp to) const;
 
  private:

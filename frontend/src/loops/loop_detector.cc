@@ -261,6 +261,7 @@ std::optional<Loop> LoopDetector::DetectLast(const Map& map, std::span<const Key
 
 std::optional<Loop> LoopDetector::AgreedMerge(const Map& map, std::vector<Found> found) {
   std::ranges::stable_sort(found, std::greater(), &Found::support);
+  bool any_agreed = false;
   for (Found& one : found) {
     const LoopEdge& edge = one.loop.edge;
     const bool agreed = std::ranges::any_of(found, [&](const Found& other) {
@@ -268,10 +269,13 @@ std::optional<Loop> LoopDetector::AgreedMerge(const Map& map, std::vector<Found>
              map.RootOf(other.loop.edge.match) == map.RootOf(edge.match) &&
              MergeChi2(map, other.loop.edge, edge, graph_) <= graph_.max_loop_chi2;
     });
-    if (!agreed) continue;
-    if (Contradicts(map, edge)) return std::nullopt;
+    any_agreed |= agreed;
+    if (!agreed || Contradicts(map, edge)) continue;
     merge_candidate_.reset();
     return std::move(one.loop);
+  }
+  if (!found.empty() && !any_agreed) {
+    Refuse(found.front().loop.edge, "none of the other last keyframes agrees");
   }
   return std::nullopt;
 }

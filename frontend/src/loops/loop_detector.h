@@ -97,8 +97,8 @@ class LoopDetector {
   bool IsWithinDrift(const Map& map, std::span<const LoopEdge> loops, Loop* loop);
   // Returns whether enough consecutive keyframes agree on the transform; stores it.
   bool Agrees(const Map& map, const LoopEdge& edge);
-  // Returns the one of these merges with the most support on which another keyframe agrees, unless
-  // gravity or depth contradicts it.
+  // Returns the one of these merges with the most support on which another keyframe agrees and that
+  // neither gravity nor depth contradicts.
   std::optional<Loop> AgreedMerge(const Map& map, std::vector<Found> found);
   // Returns whether gravity or the depth of the two submaps is inconsistent with their merge.
   bool Contradicts(const Map& map, const LoopEdge& edge);

@@ -92,6 +92,16 @@ void KeyframeRowTimes::Correct(KeyFrameId id, const Twist& motion) {
   }
 }
 
+void KeyframeRowTimes::CorrectByReadings(KeyFrameId id, const Twist& motion) {
+  if (const auto known = keyframes_.find(id); known != keyframes_.end()) {
+    known->second.by_readings = motion;
+  }
+}
+
+void KeyframeRowTimes::ForgetReadings() {
+  for (auto& [id, known] : keyframes_) known.by_readings.reset();
+}
+
 const RowMotion* KeyframeRowTimes::Find(KeyFrameId id) const {
   const auto known = keyframes_.find(id);
   return known != keyframes_.end() ? &known->second.moved_by : nullptr;
@@ -105,7 +115,7 @@ void KeyframeRowTimes::Compensate(const FrameTimingEstimate& timing,
     KeyFrame* keyframe = map->keyframe(id);
     if (found == keyframes_.end() || keyframe == nullptr) continue;
     Known& known = found->second;
-    RowMotion now{timing.value, known.motion};
+    RowMotion now{timing.value, known.by_readings.value_or(known.motion)};
     now.timing.depth_delay += keyframe->frame.depth_delay;
     if (!IsBeyondSigma({now.timing, timing.sigma}, known.moved_by.timing))
       now.timing = known.moved_by.timing;

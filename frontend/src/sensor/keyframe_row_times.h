@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 
 #include <highwall/frontend/input/sensor.h>
@@ -23,6 +24,9 @@ class KeyframeRowTimes {
   // Updates the motion of the camera at a keyframe with a better estimate. Ignores unknown
   // keyframes.
   void Correct(KeyFrameId id, const Twist& motion);
+  // The same by the readings of an IMU, which count until they are forgotten.
+  void CorrectByReadings(KeyFrameId id, const Twist& motion);
+  void ForgetReadings();
   // Returns null for an unknown keyframe, such as one of another run.
   const RowMotion* Find(KeyFrameId id) const;
 
@@ -38,7 +42,8 @@ class KeyframeRowTimes {
   struct Known {
     RowMotion moved_by;
     Twist motion;
-    double depth;  // [m] of its scene
+    double depth;                        // [m] of its scene
+    std::optional<Twist> by_readings{};  // its motion
   };
   // Removes keyframes that the map has removed, from time to time.
   void Forget(const Map& map);

@@ -50,7 +50,7 @@ std::optional<FrameTiming> SensorModel::TimingOf(const Frame& frame) const {
 void SensorModel::LearnTiming(const FrameTimingEstimator::View& view, const Map& map,
                               const FrameMotion& motion) {
   if (!options_.has_row_times) return;
-  if (motion.keyframe != kNoId) CorrectMotion(motion.keyframe, motion.at_keyframe);
+  if (motion.keyframe != kNoId) keyframe_times_.Correct(motion.keyframe, motion.at_keyframe);
   if (options_.estimates_timing) timing_.Add(view, map, motion.at_frame);
 }
 
@@ -58,8 +58,8 @@ void SensorModel::Remember(const KeyFrame& keyframe, const RowMotion& moved_by) 
   if (options_.has_row_times) keyframe_times_.Remember(keyframe, moved_by);
 }
 
-void SensorModel::CorrectMotion(KeyFrameId keyframe, const Twist& motion) {
-  keyframe_times_.Correct(keyframe, motion);
+void SensorModel::CorrectMotion(KeyFrameId keyframe, const Twist& by_readings) {
+  keyframe_times_.CorrectByReadings(keyframe, by_readings);
 }
 
 void SensorModel::Compensate(std::span<const KeyFrameId> keyframes, Map* map) {

@@ -67,8 +67,10 @@ class SensorModel {
 
   // Stores the motion by which the rows of a new keyframe were compensated.
   void Remember(const KeyFrame& keyframe, const RowMotion& moved_by);
-  // Updates it with a better estimate; the keyframe follows when it is compensated the next time.
-  void CorrectMotion(KeyFrameId keyframe, const Twist& motion);
+  // Updates it by the readings of an IMU, and takes that back for all keyframes. They follow when
+  // they are compensated the next time.
+  void CorrectMotion(KeyFrameId keyframe, const Twist& by_readings);
+  void ForgetReadings() { keyframe_times_.ForgetReadings(); }
   // Returns that of a keyframe; null if it is not of this run.
   const RowMotion* RowsOf(KeyFrameId keyframe) const { return keyframe_times_.Find(keyframe); }
   // Updates keyframes and their landmarks if the estimate of their row times has changed; their

@@ -62,15 +62,22 @@ std::vector<LoopReport> SlamSystem::Impl::CloseLastLoop() {
   const auto prepare = [&] {
     if (options_.tracker.timing != FrameTimingMode::kIgnored) sensor_.CompensateAll(&map_);
   };
-  const bool closes = [&] {
-    const StageTimer timer(profile_, "loop search");
-    return loop_closer_.InsertLast(map_, newest, prepare);
-  }();
-  std::vector<LoopReport> reports = loop_closer_.TakeRefused();
-  if (!closes) return reports;
-  worker_.Preempt(loop_closer_);
-  std::ranges::move(loop_closer_.Finish(&map_), std::back_inserter(reports));
-  factor_adjuster_.Remember(map_, loop_closer_.TakeMovesByFactors());
+  std::vector<LoopReport> reports;
+  // Keyframes that merge two worlds may close a loop, or merge a third one, as well.
+  for (bool merged = true; merged;) {
+    const bool closes = [&] {
+      const StageTimer timer(profile_, "loop search");
+      return loop_closer_.InsertLast(map_, newest, prepare);
+    }();
+    std::ranges::move(loop_closer_.TakeRefused(), std::back_inserter(reports));
+    if (!closes) break;
+    worker_.Preempt(loop_closer_);
+    std::vector<LoopReport> closed = loop_closer_.Finish(&map_);
+    factor_adjuster_.Remember(map_, loop_closer_.TakeMovesByFactors());
+    merged = std::ranges::any_of(
+        closed, [](const LoopReport& report) { return report.accepted && report.merge; });
+    std::ranges::move(closed, std::back_inserter(reports));
+  }
   return reports;
 }
 

@@ -98,7 +98,7 @@ std::shared_ptr<const ReadingsBetween> SlamSystem::Impl::Readings(Stamp from, St
   const InertialEstimate now = *inertial_->estimate();
   // By the present time offset, so that the readings last as long as the images are apart.
   const Stamp offset = now.stamp - last_fused_;
-  const auto motion = inertial_->MeasuredBetween(from + offset, to + offset);
+  const auto motion = inertial_->AllBetween(from + offset, to + offset);
   if (!motion || !motion->HasInformation() || inertial_->weight() <= 0.0) return nullptr;
   return std::make_shared<const ReadingsBetween>(
       ReadingsBetween{.before = from,
@@ -124,22 +124,24 @@ void SlamSystem::Impl::AddReadingsBeforeStart() {
 
 void SlamSystem::Impl::CorrectMotionsBeforeStart() {
   // [ns] from a keyframe to the one that shows its velocity: poses that are 5 mm off make it
-  // 0.02 m/s, and gravity that is 0.015 rad off 0.02 m/s, instead of 0.15 m/s from one frame to the
-  // next.
-  constexpr Stamp kShowsVelocity = 250'000'000;
+  // 0.02 m/s after the shorter, and gravity that is 0.015 rad off 0.06 m/s after the longer,
+  // instead of 0.15 m/s from one frame to the next.
+  constexpr Stamp kShortest = 250'000'000, kLongest = 750'000'000;
+  if (options_.tracker.timing == FrameTimingMode::kIgnored) return;
   const InertialEstimate now = *inertial_->estimate();
   const Stamp offset = now.stamp - last_fused_;
   const Eigen::Vector3d gravity_W = *inertial_->gravity_W();
   const Pose T_CB = inertial_->T_BC().Inverse();
   const std::vector<KeyFrameId> keyframes = map_.KeyFramesOf(map_.Root(submap_));
   for (auto id = keyframes.begin(); id != keyframes.end(); ++id) {
-    if (*id <= last_given_keyframe_) continue;
     const KeyFrame& keyframe = *map_.keyframe(*id);
+    if (*id <= last_given_keyframe_ || keyframe.motion) continue;  // given, or by the IMU already
     const auto later = std::find_if(id, keyframes.end(), [&](KeyFrameId other) {
-      return map_.keyframe(other)->frame.stamp >= keyframe.frame.stamp + kShowsVelocity;
+      return map_.keyframe(other)->frame.stamp >= keyframe.frame.stamp + kShortest;
     });
     if (later == keyframes.end()) return;
     const KeyFrame& next = *map_.keyframe(*later);
+    if (next.frame.stamp > keyframe.frame.stamp + kLongest) continue;
     const auto imu = inertial_->Between(keyframe.frame.stamp + offset, next.frame.stamp + offset);
     if (!imu) continue;
     sensor_.CorrectMotion(*id, CameraMotionBefore(*imu, now.bias, gravity_W, keyframe.T_WC * T_CB,
@@ -152,6 +154,7 @@ Pose SlamSystem::Impl::ForgetImu() {
   // is wrong from the beginning is given up before there are more.
   constexpr std::size_t kAdjusted = 60, kHeld = 60;
   const SubmapId root = map_.Root(submap_);
+  sensor_.ForgetReadings();
   const Pose T_new_old = WithTracker([&] {
     worker_.Drop(map_, root);
     for (const KeyFrameId id : map_.keyframe_ids()) {

@@ -129,9 +129,8 @@ class SlamSystem::Impl {
   // Fuses the frame with the IMU.
   void Fuse(InertialOdometry::Observation observation, TrackedFrame& tracked, FrameResult& result);
   // Removes all that a contradicted IMU has left in the world of this run: IMU factors, gravity,
-  // what they did to the keyframes, by an adjustment, and to the latest frames, which get the poses
-  // from their images. Returns the motion of the tracker's
-  // reference.
+  // motions of rows, what they did to the keyframes, by an adjustment, and to the latest frames,
+  // which get the poses from their images. Returns the motion of the tracker's reference.
   Pose ForgetImu();
   // Returns the readings of the IMU from the frame before to the newest one; null if they are not
   // all there.
@@ -154,7 +153,8 @@ class SlamSystem::Impl {
   void DoWhatIsDue(FrameResult& result);
   // Searches for a loop of the newest keyframe.
   void LookForLoop(FrameResult& result);
-  // At the end: looks for a loop of the newest keyframes, which no more will confirm.
+  // At the end: closes a loop and merges submaps by the newest keyframes, which no more will
+  // confirm.
   std::vector<LoopReport> CloseLastLoop();
   // Applies an estimated depth distortion, between frames; returns whether the map was changed.
   bool CorrectDepth(FrameResult& result);

@@ -95,8 +95,8 @@ class InertialOdometry {
   // Returns the readings between two instants of the IMU's clock, preintegrated with the current
   // bias; empty if some are missing, or if images contradict them.
   std::optional<ImuPreintegration> Between(Stamp from, Stamp to) const;
-  // Returns the same even if images contradict them, as they did when they were tracked.
-  std::optional<ImuPreintegration> MeasuredBetween(Stamp from, Stamp to) const;
+  // Returns them even if images contradict them.
+  std::optional<ImuPreintegration> AllBetween(Stamp from, Stamp to) const;
   // Returns whether images contradict some of the readings between these instants.
   bool IsContradicted(Stamp from, Stamp to) const;
 

@@ -31,7 +31,7 @@ struct KeyFrameGraphOptions {
 // Criteria by which LoopDetector recognizes a place that was seen before.
 struct LoopDetectorOptions {
   // >= 1: consecutive keyframes that propose one place before it is verified; at the end of a run,
-  // where no more follow, one of the last three suffices.
+  // where no more follow, one of the last three suffices, or two that agree between submaps.
   int consistency = 3;
   // >= 6: inlier points plus twice the inlier lines, after the search by projection
   int min_support = 50;
@@ -39,12 +39,12 @@ struct LoopDetectorOptions {
   // ratio of the keyframe in its own surroundings: a blurred image matches few in either. Where
   // that is unknown it is taken to be one half.
   double min_found = 0.5;
-  // [0, 1]: the same between submaps, where no drift bound can reject a false match, and at the end
-  // of a run, where no more keyframes will confirm one.
+  // [0, 1]: the same between submaps, where no drift bound can reject a false match, and of loops
+  // at the end of a run, where no more keyframes will confirm one. Between submaps it is 1 then.
   double min_match_ratio_across_submaps = 0.75;
   // >= 1: decisive ratio. Between submaps one keyframe suffices if its support is this many times
   // min_support and it matches as much as in its own surroundings; otherwise `consistency`
-  // keyframes in a row must agree on the transform.
+  // keyframes in a row must agree on the transform (two of the last three at the end of a run).
   double decisive_ratio = 2.0;
 
   // Throws InvalidArgument naming the field.

@@ -289,7 +289,7 @@ class SlamSystem {
 
   // To be called at the end of a run: waits for the running adjustment and loop closure, if any,
   // and applies both to the map, and then new user factors, also those added after the last frame;
-  // looks for a loop of the newest keyframes, which no more will confirm, and closes it; refines
+  // closes a loop and merges submaps by the newest keyframes, which no more will confirm; refines
   // the poses of the last frames and smooths all of them over time. A factor with a stamp after the
   // last frame with a pose still waits.
   std::vector<LoopReport> Finish();
