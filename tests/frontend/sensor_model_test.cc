@@ -129,6 +129,19 @@ TEST_F(SensorModelTest, ABetterMotionOfAKeyframeMovesItsFeatures) {
   EXPECT_EQ(sensor.timing().colour_readout, 0.02);
 }
 
+TEST_F(SensorModelTest, AMotionByReadingsCountsUntilItIsForgotten) {
+  const FrameTiming timing{.colour_readout = 0.02};
+  SensorModel sensor(model_, {.estimates_timing = false}, timing);
+  KeyFrame& keyframe = *scene_map_.map.keyframe(scene_map_.Add(view_, Pose()));
+  sensor.Remember(keyframe, {timing, Twist()});
+  sensor.CorrectMotion(keyframe.id, motion_);
+  sensor.CompensateAll(&scene_map_.map);
+  EXPECT_EQ(sensor.RowsOf(keyframe.id)->motion.v, motion_.v);
+  sensor.ForgetReadings();
+  sensor.CompensateAll(&scene_map_.map);
+  EXPECT_EQ(sensor.RowsOf(keyframe.id)->motion.v, Eigen::Vector3d::Zero());
+}
+
 TEST(SensorOptions, FollowThoseOfTheTracker) {
   EXPECT_TRUE(SensorOptions({}).estimates_timing);
   EXPECT_TRUE(SensorOptions({}).estimates_noise);

@@ -36,10 +36,10 @@ class ImuMonitor {
                                     const ImuCalibration& calibration, bool is_confirmed);
 
  private:
-  double max_step_;
   // Returns the poses that are not left out.
   Trajectory Trusted() const;
 
+  double max_step_;
   Trajectory poses_;
   std::vector<std::pair<Stamp, Stamp>> contradicted_;
   std::optional<Stamp> last_check_;

@@ -56,15 +56,16 @@ std::vector<LoopReport> SlamSystem::Impl::Finish() {
 std::vector<LoopReport> SlamSystem::Impl::CloseLastLoop() {
   const KeyFrame* const last = map_.keyframe(last_keyframe_);
   if (last == nullptr || std::exchange(searched_at_end_, last->id) == last->id) return {};
-  std::vector<KeyFrameId> own = map_.KeyFramesOf(last->submap);
-  std::erase_if(own, [&](KeyFrameId id) { return id <= last_given_keyframe_; });
-  const auto newest = std::span(own).last(std::min(kNewest, own.size()));
+  const SubmapId submap = last->submap;
   const auto prepare = [&] {
     if (options_.tracker.timing != FrameTimingMode::kIgnored) sensor_.CompensateAll(&map_);
   };
   std::vector<LoopReport> reports;
   // Keyframes that merge two worlds may close a loop, or merge a third one, as well.
   for (bool merged = true; merged;) {
+    std::vector<KeyFrameId> own = map_.KeyFramesOf(submap);
+    std::erase_if(own, [&](KeyFrameId id) { return id <= last_given_keyframe_; });
+    const auto newest = std::span(own).last(std::min(kNewest, own.size()));
     const bool closes = [&] {
       const StageTimer timer(profile_, "loop search");
       return loop_closer_.InsertLast(map_, newest, prepare);
