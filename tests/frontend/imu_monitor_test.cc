@@ -1,10 +1,15 @@
 #include "inertial/imu_monitor.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <functional>
 #include <limits>
 
 #include <gtest/gtest.h>
+
+#include <highwall/core/so3.h>
 
 #include "inertial_drive.h"
 
@@ -111,6 +116,58 @@ TEST(ImuMonitor, AGyroscopeThatIsWrongForASecondAndAHalfIsNoShock) {
   };
   drive.Until(9.0);
   EXPECT_LT(GivenUpAt(drive), 9.0);
+}
+
+// Judges an IMU whose camera turns for 0.3 s about each axis in eight seconds, which are left out,
+// and rests otherwise. gyroscope: the reading at an angular velocity of the body.
+ImuJudgement JudgementOfTurns(
+    const std::function<Eigen::Vector3d(const Eigen::Vector3d&)>& gyroscope) {
+  constexpr double kDuration = 0.3;                // [s]
+  constexpr std::array kBegins = {2.0, 4.0, 6.0};  // [s]
+  const auto share = [&](int axis, double t) {
+    return std::clamp((t - kBegins[static_cast<std::size_t>(axis)]) / kDuration, 0.0, 1.0);
+  };
+  const auto rotation = [&](double t) {
+    Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
+    for (int axis = 0; axis < 3; ++axis) {
+      const double angle = 0.5 * (1.0 - std::cos(M_PI * share(axis, t)));
+      q = q * so3::Exp(angle * Eigen::Vector3d::Unit(axis));
+    }
+    return q;
+  };
+  ImuMonitor monitor(0.1);
+  ImuBuffer readings;
+  for (int i = 0; i <= 1600; ++i) {
+    const double t = i / 200.0;
+    Eigen::Vector3d rate;
+    for (int axis = 0; axis < 3; ++axis) {
+      rate(axis) = 0.5 * M_PI / kDuration * std::sin(M_PI * share(axis, t));
+    }
+    readings.Add({.stamp = FromSeconds(t),
+                  .gyroscope = gyroscope(rate),
+                  .accelerometer = rotation(t).conjugate() * -kGravity});
+  }
+  constexpr int kPoses = 235;
+  for (int i = 0; i < kPoses; ++i) {
+    monitor.Add(FromSeconds(i / 30.0), Pose(rotation(i / 30.0), Eigen::Vector3d::Zero()));
+  }
+  for (const double begin : kBegins) {
+    monitor.LeaveOut(FromSeconds(begin), FromSeconds(begin + kDuration));
+  }
+  return monitor.Check(FromSeconds(kPoses / 30.0), readings, ImuCalibration(), false).value();
+}
+
+TEST(ImuMonitor, ContradictionsThatOneFaultExplainsAreNoShocks) {
+  const ImuJudgement turned =
+      JudgementOfTurns([](const auto& rate) -> Eigen::Vector3d { return -rate; });
+  EXPECT_EQ(turned.agreement, ImuAgreement::kContradicted);
+  ASSERT_TRUE(turned.finding);
+  EXPECT_EQ(turned.finding->fault, SensorFault::kImuSign);
+  const ImuJudgement shaken = JudgementOfTurns([](const auto& rate) -> Eigen::Vector3d {
+    return {std::sin(40.0 * rate.sum()), std::cos(55.0 * rate.sum()) - 1.0,
+            std::sin(70.0 * rate.sum())};
+  });
+  EXPECT_EQ(shaken.agreement, ImuAgreement::kUndecided);
 }
 
 TEST(ImuMonitor, ARightImuIsNeverGivenUp) {

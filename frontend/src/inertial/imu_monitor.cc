@@ -66,7 +66,21 @@ std::optional<ImuJudgement> ImuMonitor::Check(Stamp image, const ImuBuffer& read
   const Stamp begin = std::max(readings.oldest(), std::min(from, readings.newest() - 1));
   const auto interval_of = readings.Between(begin, readings.newest());
   if (!interval_of) return std::nullopt;
-  return JudgeImu(Trusted(), interval_of->samples, calibration, max_step_);
+  const auto judge = [&](const Trajectory& poses) {
+    return JudgeImu(poses, interval_of->samples, calibration, max_step_);
+  };
+  const Trajectory trusted = Trusted();
+  ImuJudgement judgement = judge(trusted);
+  if (trusted.size() == poses_.size() || judgement.agreement != ImuAgreement::kUndecided) {
+    return judgement;
+  }
+  // What is left says nothing: a single fault that explains what was left out was no shock. Some
+  // scale of the depth explains a shock as well.
+  ImuJudgement of_all = judge(poses_);
+  const bool is_explained = of_all.finding &&
+                            of_all.finding->fault != SensorFault::kImuInconsistent &&
+                            of_all.finding->fault != SensorFault::kDepthScale;
+  return is_explained ? of_all : judgement;
 }
 
 }  // namespace highwall

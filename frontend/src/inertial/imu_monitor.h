@@ -23,8 +23,9 @@ class ImuMonitor {
   void Add(Stamp stamp, const Pose& T_WC);
   // Leaves out the poses around these stamps [ns, camera's clock], ascending, between which an
   // image contradicted the readings: a shock to the sensor is no fault of the configuration. Poses
-  // are not left out where that lasts for longer than a shock, or if they are more than a fifth: a
-  // wrong configuration is contradicted as long as the camera moves.
+  // are not left out where that lasts for longer than a shock, or if they are more than a fifth (a
+  // wrong configuration is contradicted as long as the camera moves), or if without them nothing
+  // can be said and a single fault explains them.
   void LeaveOut(Stamp from, Stamp to);
   // Transforms the poses with the map by T_new_old in W.
   void MoveMap(const Pose& T_new_old);
