@@ -397,19 +397,24 @@ void Change(Recording* recording, std::size_t frame,
 
 // Poses may have been wrong when they were tracked, and have been refined since.
 TEST(PoseSmoother, ContradictedReadingsHoldIfThePosesAgreeWithThem) {
-  constexpr std::size_t kBefore = 20;
-  Recording recording = WithReadings(100, 15);
-  const std::vector<Pose> all = Smooth(recording.measured, kGravity);
-  Change(&recording, kBefore, [](ReadingsBetween* readings) { readings->contradicted = true; });
-  const std::vector<Pose> with = Smooth(recording.measured, kGravity);
-  recording.measured[kBefore].readings.reset();
-  const std::vector<Pose> without = Smooth(recording.measured, kGravity);
-  const auto error = [&](const std::vector<Pose>& poses) {
-    return PositionRmse({poses.begin(), poses.begin() + kBefore}, recording.truth);
-  };
-  // The frames before are too few to know their velocity. A margin of a tenth to this seed.
-  EXPECT_LT(error(with), 1.1 * error(all));
-  EXPECT_GT(error(without), 1.5 * error(all));
+  // The frames before the contradicted readings are too few to know their velocity.
+  constexpr std::size_t kBefore = 10;
+  double all = 0.0, with = 0.0, without = 0.0;  // sums of errors before these readings [m]
+  for (unsigned seed = 15; seed < 25; ++seed) {
+    Recording recording = WithReadings(60, seed);
+    const auto error = [&] {
+      const std::vector<Pose> poses = Smooth(recording.measured, kGravity);
+      return PositionRmse({poses.begin(), poses.begin() + kBefore}, recording.truth);
+    };
+    all += error();
+    Change(&recording, kBefore, [](ReadingsBetween* readings) { readings->contradicted = true; });
+    with += error();
+    recording.measured[kBefore].readings.reset();
+    without += error();
+  }
+  // Of thirty recordings, by tens: 1.00 to 1.10, and 1.63 to 1.80.
+  EXPECT_LT(with, 1.25 * all);
+  EXPECT_GT(without, 1.4 * all);
 }
 
 TEST(PoseSmoother, ReadingsOfAnImpactOnTheSensorStateNothing) {
