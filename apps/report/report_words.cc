@@ -138,7 +138,7 @@ std::string Inertial(const nlohmann::json& imu) {
                         Counted(n, "frame has its pose", "frames have their pose"));
   }
   if (const std::size_t n = Count(imu, "/contradicted_intervals"); n > 0) {
-    text += fmt::format(" The images contradicted its readings in {}: these were not used.",
+    text += fmt::format(" The images contradicted its readings in {}: tracking did not use these.",
                         Counted(n, "interval"));
   }
   if (const std::size_t n = Count(imu, "/saturated_intervals"); n > 0) {

@@ -260,7 +260,7 @@ TEST(ReportWords, SayWhereTheImagesContradictedTheImu) {
   json run = RunOf(200, 0);
   run["imu"] = {{"initialized", "1.0"}, {"contradicted_intervals", 3}};
   const std::string text = Joined(SummaryInWords(run, nullptr));
-  EXPECT_NE(text.find("contradicted its readings in 3 intervals: these were not used."),
+  EXPECT_NE(text.find("contradicted its readings in 3 intervals: tracking did not use these."),
             std::string::npos)
       << text;
   run["imu"]["saturated_intervals"] = 1;

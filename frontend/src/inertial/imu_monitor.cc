@@ -22,7 +22,8 @@ void ImuMonitor::Add(Stamp stamp, const Pose& T_WC) {
 }
 
 void ImuMonitor::LeaveOut(Stamp from, Stamp to) {
-  // Contradicted readings are followed by some that little is expected of.
+  // The predictions for the images after contradicted readings are too uncertain to be
+  // contradicted.
   constexpr Stamp kOneEvent = 300'000'000;  // [ns]
   if (!contradicted_.empty() && from - contradicted_.back().second <= kOneEvent) {
     contradicted_.back().second = to;

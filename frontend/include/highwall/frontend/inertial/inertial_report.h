@@ -60,7 +60,8 @@ struct InertialReport {
   bool stationary = false;
   bool restarted = false;  // readings were missing before this image, or were inconsistent
   // The image is inconsistent with the readings since the one before beyond any noise, as after a
-  // shock to the sensor: they are not used, nor are IMU factors between keyframes over them.
+  // shock to the sensor: tracking does not use them, nor are there IMU factors between keyframes
+  // over them. The final smoothing weighs them down where refined poses contradict them as well.
   bool contradicted = false;
   // Some of the readings since the image before are saturated
   // (ImuCalibration::accelerometer_range): they are weighted by how little they say of the true
