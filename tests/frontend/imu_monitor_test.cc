@@ -17,6 +17,7 @@ namespace highwall::imu_monitor_test {
 namespace {
 
 using testing::Drive;
+using testing::Shock;
 
 TEST(ImuMonitor, ARunningImuIsGivenUpWhenItsGyroscopeTurnsRound) {
   Drive drive;
@@ -77,14 +78,7 @@ TEST(ImuMonitor, AShockSoonAfterTheStartEndsNothing) {
   for (const double shock :
        {2.52, 2.57, 3.04}) {  // [s] within an interval of images, over an image
     Drive drive;
-    drive.change = [=](ImuSample& reading) {
-      const double t = ToSeconds(reading.stamp);
-      if (t > shock && t < shock + 0.06) {
-        reading.accelerometer += Eigen::Vector3d(20.0, -30.0, 10.0);
-        reading.gyroscope += Eigen::Vector3d(1.0, 2.0, -1.5);
-      }
-      return true;
-    };
+    drive.change = Shock(shock, shock + 0.06);
     drive.Until(2.5);
     ASSERT_EQ(drive.odometry.status(), InertialStatus::kRunning);
     drive.Until(12.0);

@@ -18,6 +18,18 @@ inline constexpr double kFirst = 0.2, kStep = 0.1;  // [s] stamp of the first im
 inline const ImuBias kBias = (ImuBias() << 0.004, -0.005, 0.003, 0.03, -0.04, 0.02).finished();
 inline const Pose kTilted = Pose::FromTangent({3, -1, 2}, {0.4, -0.3, 1.3});
 
+// Simulates an impact on the sensor that the camera does not see, between two instants [s].
+inline std::function<bool(ImuSample&)> Shock(double from, double to) {
+  return [=](ImuSample& reading) {
+    const double t = ToSeconds(reading.stamp);
+    if (t > from && t < to) {
+      reading.accelerometer += Eigen::Vector3d(20.0, -30.0, 10.0);
+      reading.gyroscope += Eigen::Vector3d(1.0, 2.0, -1.5);
+    }
+    return true;
+  };
+}
+
 // Drives the odometry through a scene, image by image, as SlamSystem does.
 class Drive {
  public:
