@@ -304,6 +304,11 @@ void BindResults(py::module_& module) {
       .def_readonly("lines", &FrameResult::lines, "Extracted.")
       .def_readonly("matched_points", &FrameResult::matched_points)
       .def_readonly("matched_lines", &FrameResult::matched_lines);
+  py::class_<FrameVelocity>(module, "FrameVelocity", "The velocity of a frame by all images.")
+      .def_readonly("stamp", &FrameVelocity::stamp, "[ns]")
+      .def_readonly("v_WC", &FrameVelocity::v_WC, "[m/s] of the camera, in W")
+      .def_readonly("omega_C", &FrameVelocity::omega_C, "[rad/s] along the axes of C")
+      .def_readonly("covariance", &FrameVelocity::covariance, "6 x 6, of v_WC, then omega_C");
 }
 
 template <std::size_t kSize>
@@ -495,6 +500,8 @@ void BindSlam(py::module_& module) {
              return PythonTrajectory{
                  self.Call([](const SlamSystem& slam) { return slam.keyframe_trajectory(); })};
            })
+      .def("velocities", Exclusively<PythonSlam>(&SlamSystem::velocities),
+           "After finish(): the velocities of the frames of trajectory() that have one.")
       .def("sensor", Exclusively<PythonSlam>(&SlamSystem::sensor),
            "Online estimate of the sensor, as it is now.")
       .def("verdict", Exclusively<PythonSlam>(&SlamSystem::verdict),

@@ -8,6 +8,14 @@
 
 namespace highwall::apps {
 
+std::string UpperTriangle(const Eigen::Matrix<double, 6, 6>& covariance) {
+  std::string text;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = i; j < 6; ++j) text += fmt::format(" {:.6g}", covariance(i, j));
+  }
+  return text;
+}
+
 CovarianceLog::CovarianceLog(const std::filesystem::path& path) : path_(path), stream_(path) {
   stream_
       << "# stamp [s] of each frame with a pose, in any world, then the upper triangle of the\n"
@@ -17,11 +25,8 @@ CovarianceLog::CovarianceLog(const std::filesystem::path& path) : path_(path), s
 }
 
 void CovarianceLog::Append(Stamp stamp, const Eigen::Matrix<double, 6, 6>& covariance) {
-  std::string line = FormatStamp(stamp);
-  for (int i = 0; i < 6; ++i) {
-    for (int j = i; j < 6; ++j) line += fmt::format(" {:.6g}", covariance(i, j));
-  }
-  if (!(stream_ << line << '\n').flush()) throw IoError(path_, "cannot be written");
+  stream_ << FormatStamp(stamp) << UpperTriangle(covariance) << '\n';
+  if (!stream_.flush()) throw IoError(path_, "cannot be written");
 }
 
 }  // namespace highwall::apps

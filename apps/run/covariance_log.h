@@ -2,12 +2,16 @@
 
 #include <filesystem>
 #include <fstream>
+#include <string>
 
 #include <Eigen/Core>
 
 #include <highwall/core/stamp.h>
 
 namespace highwall::apps {
+
+// Returns the upper triangle of a symmetric matrix, row by row, with a blank before each number.
+std::string UpperTriangle(const Eigen::Matrix<double, 6, 6>& covariance);
 
 // A file of the covariances of poses, appended to pose by pose: for each a line of its stamp [s]
 // and the upper triangle of the 6 x 6 matrix, row by row. Beside a trajectory, not in it, because

@@ -18,6 +18,7 @@ std::size_t FirstPlace(const nlohmann::json& report);
 // Files in the folder of a single or merged run.
 inline constexpr const char* kReportFile = "run.json";
 inline constexpr const char* kTrajectoryFile = "trajectory.txt";
+inline constexpr const char* kVelocitiesFile = "velocities.txt";
 inline constexpr const char* kCausalFile = "trajectory_causal.txt";
 inline constexpr const char* kCovariancesFile = "covariances_causal.txt";
 inline constexpr const char* kAdjustedFile = "trajectory_adjusted.txt";

@@ -19,6 +19,7 @@
 #include "plots/sparse_map_picture.h"
 #include "run/imu_plot.h"
 #include "run/process_memory.h"
+#include "run/velocity_file.h"
 
 namespace highwall::apps {
 namespace {
@@ -65,9 +66,9 @@ bool IsOfRun(const std::string& file) {
 void RemoveResults(const std::filesystem::path& folder,
                    std::span<const std::filesystem::path> kept) {
   std::vector<const char*> names = {
-      kReportFile, kTrajectoryFile, kCausalFile, kCovariancesFile, kAdjustedFile,  kKeyframesFile,
-      kCloudFile,  kOctreeFile,     kGrid,       kGridImage,       kSparseMapFile, kImuPlot,
-      kReportPage};
+      kReportFile,   kTrajectoryFile, kVelocitiesFile, kCausalFile, kCovariancesFile,
+      kAdjustedFile, kKeyframesFile,  kCloudFile,      kOctreeFile, kGrid,
+      kGridImage,    kSparseMapFile,  kImuPlot,        kReportPage};
   for (const MapPicture& picture : kMapPictures) names.push_back(picture.file);
   for (const char* const name : names) RemoveStale(folder / name);
   const std::filesystem::path map = folder / kMapFile;
@@ -213,12 +214,17 @@ void RunOutput::WriteTrajectories(const SlamRun& run) {
       Attempt([&] { RemoveStale(PathAt(name, logged_place_)); });
     }
   }
-  write(kTrajectoryFile, first, run.largest.trajectory);
+  const auto write_final = [&](const SubmapRun& submap, std::size_t place) {
+    write(kTrajectoryFile, place, submap.trajectory);
+    if (submap.velocities.empty()) return;
+    Attempt([&] { WriteVelocities(PathAt(kVelocitiesFile, place), submap.velocities); });
+  };
+  write_final(run.largest, first);
   write(kKeyframesFile, first, run.keyframes);
   // The log already has this content, and a full disk may have no room for a second copy.
   if (!logged) write(kCausalFile, first, run.largest.causal);
   for (std::size_t i = 0; i < run.others.size(); ++i) {
-    write(kTrajectoryFile, first + i + 1, run.others[i].trajectory);
+    write_final(run.others[i], first + i + 1);
     write(kCausalFile, first + i + 1, run.others[i].causal);
   }
 }

@@ -47,7 +47,7 @@ class RunOutput {
   // pose; if that is not the loaded one, to those of the second place. Throws IoError if a folder
   // cannot be created, or if the results of an earlier run cannot be removed.
   void Follow(const FrameResult& result);
-  // Call after the last frame: writes trajectory.txt, the final keyframes.txt, and
+  // Call after the last frame: writes trajectory.txt, velocities.txt, the final keyframes.txt, and
   // trajectory_causal.txt of the largest submap; those of the others are numbered from
   // trajectory_2.txt on.
   void WriteTrajectories(const SlamRun& run);

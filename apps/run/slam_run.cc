@@ -301,6 +301,7 @@ class RunTally {
                             submap.keyframes,
                             std::move(causal_[submap.submap]),
                             std::move(submap.frames),
+                            std::move(submap.velocities),
                             {}});
     }
     for (const TrackedFrame& frame : run.per_frame) {

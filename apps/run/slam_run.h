@@ -138,7 +138,8 @@ struct SubmapRun {
   std::size_t keyframes = 0;
   Trajectory causal;      // pose of each frame when it was tracked, if in this world
   Trajectory trajectory;  // after all loops and local adjustments of the run
-  Trajectory adjusted;    // also after the final adjustment, if enabled
+  std::vector<FrameVelocity> velocities;         // of the frames of `trajectory`
+  Trajectory adjusted;                           // also after the final adjustment, if enabled
   std::optional<DenseMap> dense = std::nullopt;  // in this world
 };
 

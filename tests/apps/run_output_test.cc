@@ -81,6 +81,7 @@ TEST_F(RunOutputTest, FromTheFirstPoseOnNothingOfAnEarlierRunIsLeft) {
   fs::create_directories(run());
   const std::vector<std::string> results = {"run.json",
                                             "trajectory.txt",
+                                            "velocities.txt",
                                             "trajectory_causal.txt",
                                             "covariances_causal.txt",
                                             "trajectory_adjusted.txt",
@@ -167,6 +168,30 @@ TEST_F(RunOutputTest, TheTrajectoriesAreThereBeforeTheRestAndTheReportIsLast) {
   EXPECT_EQ(report["frames"], 3);
   EXPECT_FALSE(report.contains("failures"));
   EXPECT_TRUE(output.failures().empty());
+}
+
+TEST_F(RunOutputTest, VelocitiesOfEachSubmapAreWrittenWhereThereAreAny) {
+  RunOutput output(run());
+  output.Follow(Tracked(0, true));
+  SlamRun result;
+  result.largest.causal = result.largest.trajectory = result.keyframes = Poses({0, 1});
+  for (const int frame : {2, 3}) {
+    result.others.emplace_back().causal = result.others.back().trajectory = Poses({frame});
+  }
+  FrameVelocity velocity{Tracked(3).stamp, {0.25, -1.5, 0.125}, {0, 0, 0.5}};
+  velocity.covariance.diagonal().setConstant(4e-6);
+  velocity.covariance(0, 5) = velocity.covariance(5, 0) = -2.5e-7;
+  result.others.back().velocities = {velocity};
+  output.WriteTrajectories(result);
+  EXPECT_FALSE(fs::exists(run() / "velocities.txt"));
+  EXPECT_FALSE(fs::exists(run() / "velocities_2.txt"));
+  const std::string text = ReadText(run() / "velocities_3.txt");
+  const std::string line =
+      FormatStamp(velocity.stamp) +
+      " 0.250000 -1.500000 0.125000 0.000000 0.000000 0.500000"
+      " 4e-06 0 0 0 0 -2.5e-07 4e-06 0 0 0 0 4e-06 0 0 0 4e-06 0 0 4e-06 0 4e-06\n";
+  EXPECT_TRUE(text.starts_with("# stamp")) << text;
+  EXPECT_TRUE(text.ends_with('\n' + line)) << text;
 }
 
 // The disk is full for a while: data that could not be written then are written at the end.

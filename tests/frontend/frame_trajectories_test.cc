@@ -10,6 +10,7 @@
 
 #include <highwall/core/so3.h>
 
+#include "support/imu_scene.h"
 #include "system/pose_smoother.h"
 
 namespace highwall::frame_trajectories_test {
@@ -50,11 +51,15 @@ struct TwoWorlds {
                      submaps[world]);
   }
 
-  Trajectory Of(std::size_t world) const {
+  SubmapTrajectory World(std::size_t world) const {
     for (const SubmapTrajectory& submap : trajectories.ByWorld(map)) {
-      if (submap.submap == submaps[world]) return submap.frames;
+      if (submap.submap == submaps[world]) return submap;
     }
     return {};
+  }
+  Trajectory Of(std::size_t world) const { return World(world).frames; }
+  std::vector<FrameVelocity> VelocitiesOf(std::size_t world) const {
+    return World(world).velocities;
   }
 
   std::vector<MeasuredPose> Measured(std::size_t world) const {
@@ -67,11 +72,12 @@ struct TwoWorlds {
   }
 };
 
-void ExpectNear(const Trajectory& frames, const std::vector<std::optional<Pose>>& expected) {
+void ExpectNear(const Trajectory& frames,
+                const std::vector<std::optional<SmoothedPose>>& expected) {
   ASSERT_EQ(frames.size(), expected.size());
   for (std::size_t i = 0; i < frames.size(); ++i) {
     // Rounding of the anchored pose.
-    EXPECT_LT((frames[i].pose.p() - expected[i].value().p()).norm(), 1e-12) << i;
+    EXPECT_LT((frames[i].pose.p() - expected[i].value().T_WB.p()).norm(), 1e-12) << i;
   }
 }
 
@@ -220,6 +226,70 @@ TEST(FrameTrajectories, ThePoseAtTheStampOfALateImageIsPredictedInItsWorld) {
   ASSERT_TRUE(predicted);
   // Poses with noise of 2 mm predict 40 mm; the other world has another place for them.
   EXPECT_LT((predicted->p() - truth(124).p()).norm(), 3e-3);
+}
+
+// Of a body with readings of an IMU.
+TEST(FrameTrajectories, VelocitiesAreThoseOfTheCamera) {
+  constexpr int kFrames = 120;
+  constexpr double kInterval = 0.03;  // [s]
+  const Pose T_BC = Pose::FromTangent({0.2, -0.1, 0.3}, {0.4, -1.0, 0.7});
+  const SinusoidalMotion motion(1.5);
+  Map map;
+  const auto features = std::make_shared<const FrameFeatures>();
+  const KeyFrameId keyframe =
+      map.AddKeyFrame({0, 0, features}, Pose::FromTangent({1, 2, 3}, {0.1, 0.2, 0.3}), kFirstSubmap)
+          .id;
+  map.SetGravity(kGravity);
+  FrameTrajectories trajectories;
+  std::mt19937 rng(6);
+  std::vector<ImuSample> samples = motion.Samples(1.0 / 0.003, kFrames * kInterval);
+  for (int i = 0; i < kFrames; ++i) {
+    const Pose T_WB = motion.StateAt(i * kInterval).T_WB *
+                      Pose::FromTangent(Random(rng, 1e-4), Random(rng, 1e-4));
+    PosedFrame frame{.stamp = FromSeconds(i * kInterval),
+                     .pose = AnchoredPose::At(map, keyframe, T_WB * T_BC),
+                     .information = 3e8F * ImageInformation::Identity()};
+    if (i > 0) {
+      auto readings = std::make_shared<ReadingsBetween>();
+      readings->before = FromSeconds((i - 1) * kInterval);
+      readings->samples.assign(samples.begin() + 10 * (i - 1), samples.begin() + 10 * i + 1);
+      readings->bias_sigma.setConstant(1e-3);
+      frame.readings = readings;
+    }
+    trajectories.Add(frame, kFirstSubmap);
+  }
+  EXPECT_TRUE(trajectories.ByWorld(map).front().velocities.empty());
+  trajectories.Smooth(map, T_BC);
+  const std::vector<FrameVelocity> velocities = trajectories.ByWorld(map).front().velocities;
+  ASSERT_EQ(velocities.size(), kFrames);
+  for (std::size_t i = 0; i < kFrames; ++i) {
+    const double t = static_cast<double>(i) * kInterval;
+    const ImuState body = motion.StateAt(t);
+    const Eigen::Vector3d omega_B = motion.SampleAt(FromSeconds(t)).gyroscope;
+    const Eigen::Vector3d v_WC = body.v_WB + body.T_WB.R() * omega_B.cross(T_BC.p());
+    EXPECT_EQ(velocities[i].stamp, FromSeconds(t));
+    // A millimetre a second; without the lever arm they would differ by decimetres.
+    EXPECT_LT((velocities[i].v_WC - v_WC).norm(), 2e-3) << i;
+    EXPECT_LT((velocities[i].omega_C - T_BC.R().transpose() * omega_B).norm(), 1e-3) << i;
+  }
+}
+
+TEST(FrameTrajectories, VelocitiesTurnWithTheWorldOfTheirKeyframe) {
+  TwoWorlds worlds;
+  worlds.trajectories.Smooth(worlds.map, std::nullopt);
+  const std::vector<FrameVelocity> before = worlds.VelocitiesOf(1);
+  const Pose T = Pose::FromTangent({1, 2, 3}, {0.3, -0.2, 0.1});
+  worlds.map.Transform(T, worlds.submaps[1]);
+  const std::vector<FrameVelocity> after = worlds.VelocitiesOf(1);
+  ASSERT_EQ(after.size(), 60u);
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    EXPECT_LT((after[i].v_WC - T.R() * before[i].v_WC).norm(), 1e-12) << i;
+    EXPECT_LT((after[i].omega_C - before[i].omega_C).norm(), 1e-12) << i;
+    Matrix6 J = Matrix6::Identity();
+    J.topLeftCorner<3, 3>() = T.R();
+    const Matrix6 expected = J * before[i].covariance * J.transpose();
+    EXPECT_LT((after[i].covariance - expected).norm(), 1e-12 * expected.norm()) << i;
+  }
 }
 
 TEST(FrameTrajectories, SmoothedPosesFollowTheirKeyframes) {

@@ -47,6 +47,24 @@ def test_slam_follows_a_camera_and_reports_it(sensor):
     assert slam.map_lines().shape[1] == 6
 
 
+def test_frames_have_velocities_in_the_end(sensor):
+    slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))
+    images = list(moving_wall(sensor.camera, 40))
+    for image in images:
+        slam.track(*image)
+    assert slam.velocities() == []
+    slam.finish()
+    velocities = slam.velocities()
+    assert [velocity.stamp for velocity in velocities] == [image[0] for image in images]
+    seconds = (images[1][0] - images[0][0]) * 1e-9
+    middle = velocities[20]
+    speed = SHIFT * DEPTH / sensor.camera.fx / seconds
+    # Poses err by a twentieth of a step.
+    np.testing.assert_allclose(middle.v_WC, [0, -speed, 0], atol=0.05 * speed)
+    np.testing.assert_allclose(middle.omega_C, np.zeros(3), atol=0.01)
+    assert 0 < np.linalg.eigvalsh(middle.covariance)[0]
+
+
 def test_what_a_callback_raises_reaches_the_caller(sensor):
     slam = hw.SlamSystem(sensor)
 

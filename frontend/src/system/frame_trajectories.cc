@@ -4,6 +4,8 @@
 #include <functional>
 #include <utility>
 
+#include <highwall/core/so3.h>
+
 #include "features/memory_bytes.h"
 #include "system/pose_smoother.h"
 
@@ -54,6 +56,26 @@ std::vector<MeasuredPose> ByTime(const std::vector<PosedFrame>& frames,
   return poses;
 }
 
+// Rotates v_WB by R, and its covariance.
+BodyVelocity Rotated(const BodyVelocity& velocity, const Eigen::Matrix3d& R) {
+  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();
+  J.topLeftCorner<3, 3>() = R;
+  return {R * velocity.v_WB, velocity.omega_B, J * velocity.covariance * J.transpose()};
+}
+
+// Returns the velocity of the camera on a body, along the axes of the camera.
+BodyVelocity OfCamera(const SmoothedPose& body, const Pose& T_BC) {
+  const Eigen::Matrix3d R_CB = T_BC.R().transpose();
+  Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Zero();
+  J.topLeftCorner<3, 3>() = R_CB * body.T_WB.R().transpose();
+  J.topRightCorner<3, 3>() = -R_CB * so3::Hat(T_BC.p());
+  J.bottomRightCorner<3, 3>() = R_CB;
+  Eigen::Matrix<double, 6, 1> of_B, of_C;
+  of_B << body.velocity->v_WB, body.velocity->omega_B;
+  of_C = J * of_B;
+  return {of_C.head<3>(), of_C.tail<3>(), J * body.velocity->covariance * J.transpose()};
+}
+
 }  // namespace
 
 void FrameTrajectories::Add(const PosedFrame& frame, SubmapId submap) {
@@ -93,7 +115,7 @@ void FrameTrajectories::Smooth(const Map& map, const std::optional<Pose>& T_BC) 
   smoothed_.clear();
   for (std::size_t i = 0; i < frames_.size(); ++i) {
     by_root[*map.RootOf(frames_[i].pose.reference)].push_back(i);
-    smoothed_.push_back(frames_[i].pose);
+    smoothed_.push_back({frames_[i].pose});
   }
   for (const auto& [root, indices] : by_root) {
     const std::optional<Eigen::Vector3d>& gravity_W = map.gravity_W(root);
@@ -103,14 +125,17 @@ void FrameTrajectories::Smooth(const Map& map, const std::optional<Pose>& T_BC) 
                               });
     const std::optional<Pose> T_body_C = has_readings ? T_BC : std::nullopt;
     const std::vector<MeasuredPose> measured = ByTime(frames_, indices, map, T_body_C);
-    const std::vector<std::optional<Pose>> T_WB = SmoothPoses(measured, gravity_W);
+    const std::vector<std::optional<SmoothedPose>> bodies = SmoothPoses(measured, gravity_W);
     for (const std::size_t i : indices) {
       const auto at =
           std::ranges::lower_bound(measured, frames_[i].stamp, {}, &MeasuredPose::stamp);
-      const std::optional<Pose>& found = T_WB[static_cast<std::size_t>(at - measured.begin())];
-      if (!found) continue;
-      AnchoredPose& pose = smoothed_[i];
-      pose = AnchoredPose::At(map, pose.reference, T_body_C ? *found * *T_body_C : *found);
+      const std::optional<SmoothedPose>& body =
+          bodies[static_cast<std::size_t>(at - measured.begin())];
+      if (!body) continue;
+      Smoothed& frame = smoothed_[i];
+      frame.pose = AnchoredPose::At(map, frame.pose.reference,
+                                    T_body_C ? body->T_WB * *T_body_C : body->T_WB);
+      if (body->velocity) frame.of_C = OfCamera(*body, T_body_C.value_or(Pose()));
     }
   }
 }
@@ -134,11 +159,16 @@ std::optional<SubmapId> FrameTrajectories::LargestWorld(const Map& map) const {
 std::vector<SubmapTrajectory> FrameTrajectories::ByWorld(const Map& map) const {
   std::map<SubmapId, SubmapTrajectory> by_root;
   for (std::size_t i = 0; i < frames_.size(); ++i) {
-    const AnchoredPose& pose = i < smoothed_.size() ? smoothed_[i] : frames_[i].pose;
-    const SubmapId root = *map.RootOf(pose.reference);
+    const Smoothed& frame = i < smoothed_.size() ? smoothed_[i] : Smoothed{frames_[i].pose};
+    const SubmapId root = *map.RootOf(frame.pose.reference);
     const auto [found, is_new] =
-        by_root.try_emplace(root, SubmapTrajectory{root, map.NumKeyFramesOf(root), {}});
-    found->second.frames.push_back({frames_[i].stamp, pose.T_WC(map)});
+        by_root.try_emplace(root, SubmapTrajectory{root, map.NumKeyFramesOf(root), {}, {}});
+    const Pose T_WC = frame.pose.T_WC(map);
+    found->second.frames.push_back({frames_[i].stamp, T_WC});
+    if (!frame.of_C) continue;
+    const BodyVelocity in_W = Rotated(*frame.of_C, T_WC.R());
+    found->second.velocities.push_back(
+        {frames_[i].stamp, in_W.v_WB, in_W.omega_B, in_W.covariance});
   }
   std::vector<SubmapTrajectory> submaps;
   for (auto& [root, submap] : by_root) submaps.push_back(std::move(submap));

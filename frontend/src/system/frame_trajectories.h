@@ -9,6 +9,8 @@
 #include <highwall/frontend/map/map.h>
 #include <highwall/frontend/system/slam_system.h>
 
+#include "system/measured_pose.h"
+
 namespace highwall {
 
 // The poses of the tracked frames, which follow the keyframes they are anchored to, and the worlds
@@ -32,8 +34,9 @@ class FrameTrajectories {
   // T_WC; empty if there are too few.
   std::optional<Pose> PredictNewest(const Map& map) const;
 
-  // Smooths the poses of each world over time (SmoothPoses), for ByWorld(); frames() stay as they
-  // were measured. T_BC: of the camera on the IMU, where there is one.
+  // Smooths the poses of each world over time (SmoothPoses), for ByWorld(), which then has
+  // velocities as well; frames() stay as they were measured. T_BC: of the camera on the IMU, where
+  // there is one.
   void Smooth(const Map& map, const std::optional<Pose>& T_BC);
 
   // Returns the root of the world in which most frames were tracked; empty if there is none.
@@ -44,7 +47,13 @@ class FrameTrajectories {
 
  private:
   std::vector<PosedFrame> frames_;
-  std::vector<AnchoredPose> smoothed_;         // of the first frames; empty before Smooth()
+  // A frame after smoothing. Its velocity is along the axes of the camera, so that it turns with
+  // the world of its keyframe.
+  struct Smoothed {
+    AnchoredPose pose;
+    std::optional<BodyVelocity> of_C{};
+  };
+  std::vector<Smoothed> smoothed_;             // of the first frames; empty before Smooth()
   std::map<SubmapId, std::size_t> number_in_;  // number of frames, by the submap of their keyframe
 };
 

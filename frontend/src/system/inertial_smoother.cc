@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
+#include <optional>
 
 #include <ceres/loss_function.h>
 
@@ -11,6 +12,8 @@
 #include <highwall/core/prior.h>
 #include <highwall/factors/imu_factor.h>
 #include <highwall/frontend/inertial/options.h>
+
+#include "system/chain_covariance.h"
 
 namespace highwall {
 namespace {
@@ -27,10 +30,60 @@ Eigen::Vector3d MeanVelocity(std::span<const MeasuredPose> poses, std::size_t i)
   return (after.T_WB.p() - before.T_WB.p()) / ToSeconds(after.stamp - before.stamp);
 }
 
+// A reading of the gyroscope at the time of a pose.
+struct AngularRate {
+  Eigen::Vector3d measured = Eigen::Vector3d::Zero();  // [rad/s]
+  double variance = 0.0;                               // of each axis, without the bias
+};
+
+// Empty if readings beside the pose were contradicted: they may be those of an impact.
+std::optional<AngularRate> RateAt(std::span<const MeasuredPose> poses, std::size_t i) {
+  const bool is_last = i + 1 == poses.size();
+  if ((i > 0 && poses[i].readings->contradicted) ||
+      (!is_last && poses[i + 1].readings->contradicted)) {
+    return std::nullopt;
+  }
+  const ReadingsBetween& readings = *poses[is_last ? i : i + 1].readings;
+  const std::vector<ImuSample>& samples = readings.samples;
+  const std::size_t k = is_last ? samples.size() - 1 : 0;
+  // The longest, since the first and the last reading of an interval are interpolated.
+  double period = 0.0;
+  for (std::size_t s = 1; s < samples.size(); ++s) {
+    period = std::max(period, ToSeconds(samples[s].stamp - samples[s - 1].stamp));
+  }
+  return AngularRate{samples[k].gyroscope,
+                     readings.noise.gyroscope * readings.noise.gyroscope / period};
+}
+
+// Adds the velocities of the states of a solved graph.
+void AddVelocities(std::span<const MeasuredPose> poses, const std::vector<BodyState>& states,
+                   const VariableId& gravity, FactorGraph* graph,
+                   std::vector<SmoothedPose>* smoothed) {
+  std::vector<std::vector<double*>> blocks;
+  for (const BodyState& state : states) {
+    blocks.push_back({graph->MutableBlock(state.v_WB), graph->MutableBlock(state.bias)});
+    if (!graph->IsFixed(state.T_WB)) blocks.back().push_back(graph->MutableBlock(state.T_WB));
+  }
+  const std::vector<Eigen::MatrixXd> covariances =
+      ChainCovariance(graph->problem(), blocks, std::vector{graph->MutableBlock(gravity)});
+  for (std::size_t i = 0; i < covariances.size(); ++i) {
+    const std::optional<AngularRate> rate = RateAt(poses, i);
+    if (!rate) continue;
+    BodyVelocity& velocity = (*smoothed)[i].velocity.emplace();
+    velocity.v_WB = graph->Value(states[i].v_WB);
+    velocity.omega_B = rate->measured - graph->Value(states[i].bias).head<3>();
+    velocity.covariance = covariances[i].topLeftCorner<6, 6>();
+    velocity.covariance.topRightCorner<3, 3>() *= -1.0;  // an error of the bias has its sign
+    velocity.covariance.bottomLeftCorner<3, 3>() *= -1.0;
+    velocity.covariance.bottomRightCorner<3, 3>().diagonal().array() += rate->variance;
+  }
+}
+
 }  // namespace
 
-std::vector<Pose> SmoothByReadings(std::span<const MeasuredPose> poses, const MotionNoise& noise,
-                                   const Eigen::Vector3d& gravity_W) {
+std::vector<SmoothedPose> SmoothByReadings(std::span<const MeasuredPose> poses,
+                                           const MotionNoise& noise,
+                                           const Eigen::Vector3d& gravity_W) {
   // The readings hold poses over seconds, in which neighbouring images, which see the same
   // landmarks, share most of their errors: as in the smoother of InertialOdometry.
   const double shared = 1.0 / std::sqrt(VisualNoise().scale);
@@ -72,9 +125,10 @@ std::vector<Pose> SmoothByReadings(std::span<const MeasuredPose> poses, const Mo
   options.max_iterations = 20;
   options.linear_solver = LinearSolver::kSparseCholesky;
   if (!graph.Solve(options).IsUsable()) return {};
-  std::vector<Pose> smoothed;
+  std::vector<SmoothedPose> smoothed;
   smoothed.reserve(poses.size());
-  for (const BodyState& state : states) smoothed.push_back(graph.Value(state.T_WB));
+  for (const BodyState& state : states) smoothed.push_back({graph.Value(state.T_WB)});
+  AddVelocities(poses, states, gravity, &graph, &smoothed);
   return smoothed;
 }
 

@@ -13,9 +13,11 @@ namespace highwall {
 // Smooths poses of a body that follow each other, each but the first with the readings of its IMU
 // since the one before: a factor graph of measured poses and of ImuGravityFactor between them, with
 // velocities, biases and the direction of gravity as unknowns. noise: of the poses. gravity_W:
-// [m/s^2] as it is known. Poses without information stay as they are. Empty if the graph has no
-// solution. Linear in the number of poses.
-std::vector<Pose> SmoothByReadings(std::span<const MeasuredPose> poses, const MotionNoise& noise,
-                                   const Eigen::Vector3d& gravity_W);
+// [m/s^2] as it is known. Poses without information stay as they are. The angular rate is that of
+// the gyroscope; beside readings that were contradicted there is no velocity. Empty if the graph
+// has no solution. Linear in the number of poses.
+std::vector<SmoothedPose> SmoothByReadings(std::span<const MeasuredPose> poses,
+                                           const MotionNoise& noise,
+                                           const Eigen::Vector3d& gravity_W);
 
 }  // namespace highwall

@@ -21,6 +21,19 @@ struct MeasuredPose {
   std::shared_ptr<const ReadingsBetween> readings{};  // since the pose before
 };
 
+// The velocity of that body.
+struct BodyVelocity {
+  Eigen::Vector3d v_WB = Eigen::Vector3d::Zero();                                // [m/s]
+  Eigen::Vector3d omega_B = Eigen::Vector3d::Zero();                             // [rad/s]
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // of both
+};
+
+// A pose after smoothing over time.
+struct SmoothedPose {
+  Pose T_WB;
+  std::optional<BodyVelocity> velocity{};  // if it is determined
+};
+
 // Converts the information of a pose of the camera to that of a pose of the body it is fixed to.
 inline ImageInformation InformationOfBody(const ImageInformation& of_camera, const Pose& T_BC) {
   const Eigen::Matrix3d R_CB = T_BC.R().transpose();

@@ -14,6 +14,7 @@
 #include <highwall/core/so3.h>
 #include <highwall/factors/white_acceleration.h>
 
+#include "system/chain_covariance.h"
 #include "system/inertial_smoother.h"
 #include "system/motion_noise.h"
 #include "tracking/constant_velocity.h"
@@ -39,13 +40,19 @@ Velocities MeanVelocities(const MeasuredPose& i, const MeasuredPose& j, double d
   return u;
 }
 
-// Smooths poses that follow each other without a gap. of_pose: loss of a pose; null: none.
-std::vector<Pose> Smoothed(std::span<const MeasuredPose> poses, const MotionNoise& noise,
-                           const std::shared_ptr<ceres::LossFunction>& of_pose) {
+// Poses that follow each other without a gap and the motion between them.
+struct MotionGraph {
   FactorGraph graph;
-  const auto of_motion = std::make_shared<ceres::HuberLoss>(kMostOfMotion);
   std::vector<Variable<Pose>> T_WB;
   std::vector<Variable<Velocities>> u;
+};
+
+// of_pose: loss of a pose; null: none.
+MotionGraph MakeGraph(std::span<const MeasuredPose> poses, const MotionNoise& noise,
+                      const std::shared_ptr<ceres::LossFunction>& of_pose) {
+  MotionGraph motion;
+  auto& [graph, T_WB, u] = motion;
+  const auto of_motion = std::make_shared<ceres::HuberLoss>(kMostOfMotion);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     T_WB.push_back(graph.AddVariable(poses[i].T_WB));
     if (poses[i].information) {
@@ -62,16 +69,42 @@ std::vector<Pose> Smoothed(std::span<const MeasuredPose> poses, const MotionNois
                         ToSeconds(poses[i].stamp - poses[i - 1].stamp), noise.acceleration),
                     of_motion, T_WB[i - 1], u[i - 1], T_WB[i], u[i]);
   }
+  return motion;
+}
+
+bool Solve(MotionGraph* motion) {
   SolveOptions options;
   options.max_iterations = 20;
   options.linear_solver = LinearSolver::kSparseCholesky;
-  std::vector<Pose> smoothed;
-  smoothed.reserve(poses.size());
-  const bool usable = graph.Solve(options).IsUsable();
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    smoothed.push_back(usable ? graph.Value(T_WB[i]) : poses[i].T_WB);
+  return motion->graph.Solve(options).IsUsable();
+}
+
+// Returns the poses of a solved graph with their velocities.
+std::vector<SmoothedPose> SmoothedPoses(MotionGraph* motion) {
+  auto& [graph, T_WB, u] = *motion;
+  std::vector<std::vector<double*>> states;
+  for (std::size_t i = 0; i < T_WB.size(); ++i) {
+    states.push_back({graph.MutableBlock(u[i])});
+    if (!graph.IsFixed(T_WB[i])) states.back().push_back(graph.MutableBlock(T_WB[i]));
+  }
+  const std::vector<Eigen::MatrixXd> covariances = ChainCovariance(graph.problem(), states, {});
+  std::vector<SmoothedPose> smoothed;
+  smoothed.reserve(T_WB.size());
+  for (std::size_t i = 0; i < T_WB.size(); ++i) {
+    smoothed.push_back({graph.Value(T_WB[i])});
+    if (covariances.empty()) continue;
+    const Velocities velocities = graph.Value(u[i]);
+    smoothed.back().velocity = {velocities.head<3>(), velocities.tail<3>(),
+                                covariances[i].topLeftCorner<6, 6>()};
   }
   return smoothed;
+}
+
+// Smooths poses that follow each other without a gap. Empty if the graph has no solution.
+std::vector<SmoothedPose> SmoothByMotion(std::span<const MeasuredPose> poses,
+                                         const MotionNoise& noise) {
+  MotionGraph motion = MakeGraph(poses, noise, std::make_shared<ceres::HuberLoss>(kMostOfPose));
+  return Solve(&motion) ? SmoothedPoses(&motion) : std::vector<SmoothedPose>();
 }
 
 bool IsMeasured(const MeasuredPose& pose) {
@@ -116,7 +149,7 @@ std::vector<MeasuredPose> WithFirstPoses(std::span<const MeasuredPose> poses) {
 // Smooths the frames [begin, end) of `poses`, with those around them.
 void SmoothWindow(std::span<const MeasuredPose> poses, std::size_t begin, std::size_t end,
                   const std::optional<Eigen::Vector3d>& gravity_W,
-                  std::vector<std::optional<Pose>>* smoothed) {
+                  std::vector<std::optional<SmoothedPose>>* smoothed) {
   const std::size_t first = begin - std::min(begin, kOverlap);
   const std::size_t last = std::min(end + kOverlap, poses.size());
   const std::vector<MeasuredPose> all = WithFirstPoses(poses.subspan(first, last - first));
@@ -129,9 +162,9 @@ void SmoothWindow(std::span<const MeasuredPose> poses, std::size_t begin, std::s
     i = stretch_end;
     if (stretch.size() < 3) continue;
     const bool by_readings = gravity_W && stretch[1].readings != nullptr;
-    const std::vector<Pose> found =
-        by_readings ? SmoothByReadings(stretch, *noise, *gravity_W)
-                    : Smoothed(stretch, *noise, std::make_shared<ceres::HuberLoss>(kMostOfPose));
+    const std::vector<SmoothedPose> found = by_readings
+                                                ? SmoothByReadings(stretch, *noise, *gravity_W)
+                                                : SmoothByMotion(stretch, *noise);
     for (std::size_t k = 0; k < found.size(); ++k) {
       const std::size_t index = first + static_cast<std::size_t>(&stretch[k] - all.data());
       if (index >= begin && index < end && stretch[k].information) (*smoothed)[index] = found[k];
@@ -154,9 +187,9 @@ std::size_t FirstToPredictFrom(std::span<const MeasuredPose> poses) {
 
 }  // namespace
 
-std::vector<std::optional<Pose>> SmoothPoses(std::span<const MeasuredPose> poses,
-                                             const std::optional<Eigen::Vector3d>& gravity_W) {
-  std::vector<std::optional<Pose>> smoothed(poses.size());
+std::vector<std::optional<SmoothedPose>> SmoothPoses(
+    std::span<const MeasuredPose> poses, const std::optional<Eigen::Vector3d>& gravity_W) {
+  std::vector<std::optional<SmoothedPose>> smoothed(poses.size());
   for (std::size_t begin = 0; begin < poses.size(); begin += kWindow) {
     SmoothWindow(poses, begin, std::min(begin + kWindow, poses.size()), gravity_W, &smoothed);
   }
@@ -169,7 +202,8 @@ std::optional<Pose> PredictLastPose(std::span<const MeasuredPose> poses) {
   if (!noise || poses.size() - begin < 3) return std::nullopt;
   // Without a loss of the poses: only poses after it show whether the newest one is a spike or the
   // beginning of another motion.
-  return Smoothed(poses.subspan(begin), *noise, nullptr).back();
+  MotionGraph motion = MakeGraph(poses.subspan(begin), *noise, nullptr);
+  return Solve(&motion) ? motion.graph.Value(motion.T_WB.back()) : poses.back().T_WB;
 }
 
 }  // namespace highwall

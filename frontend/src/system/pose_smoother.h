@@ -16,7 +16,7 @@ namespace highwall {
 // of an IMU (ImuGravityFactor). Across gaps nothing holds. Linear in the number of poses, in
 // windows of bounded memory. poses: by stamp. gravity_W: [m/s^2] empty: readings are not used.
 // Empty where a pose is not smoothed. (docs/tracking.md, Smoothing)
-std::vector<std::optional<Pose>> SmoothPoses(
+std::vector<std::optional<SmoothedPose>> SmoothPoses(
     std::span<const MeasuredPose> poses,
     const std::optional<Eigen::Vector3d>& gravity_W = std::nullopt);
 

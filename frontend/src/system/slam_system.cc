@@ -82,6 +82,10 @@ Trajectory SlamSystem::trajectory() const {
   return impl_->trajectory();
 }
 
+std::vector<FrameVelocity> SlamSystem::velocities() const {
+  return impl_->velocities();
+}
+
 std::vector<SubmapTrajectory> SlamSystem::submaps() const {
   return impl_->submaps();
 }

@@ -523,6 +523,11 @@ Trajectory SlamSystem::Impl::trajectory() const {
   return all.empty() ? Trajectory() : std::move(all.front().frames);
 }
 
+std::vector<FrameVelocity> SlamSystem::Impl::velocities() const {
+  std::vector<SubmapTrajectory> all = submaps();
+  return all.empty() ? std::vector<FrameVelocity>() : std::move(all.front().velocities);
+}
+
 Trajectory SlamSystem::Impl::keyframe_trajectory() const {
   Trajectory trajectory;
   const std::optional<SubmapId> largest = tracked_.LargestWorld(map_);

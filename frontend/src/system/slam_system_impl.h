@@ -66,6 +66,7 @@ class SlamSystem::Impl {
   std::vector<LoopReport> Finish();
   BundleAdjustmentReport AdjustAll();
   Trajectory trajectory() const;
+  std::vector<FrameVelocity> velocities() const;
   Trajectory keyframe_trajectory() const;
   std::vector<SubmapTrajectory> submaps() const { return tracked_.ByWorld(map_); }
   SensorEstimate sensor() const {

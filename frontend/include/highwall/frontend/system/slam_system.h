@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
 #include <opencv2/core/mat.hpp>
 
 #include <highwall/core/keyframe_event.h>
@@ -179,11 +180,22 @@ struct PostponedWork {
   std::size_t loop_searches = 0;  // keyframes for which no loop was searched
 };
 
+// The velocity of a frame by all images, and by the readings of an IMU that is in use
+// (docs/tracking.md, Smoothing).
+struct FrameVelocity {
+  Stamp stamp = 0;                                    // of the frame
+  Eigen::Vector3d v_WC = Eigen::Vector3d::Zero();     // [m/s] of the camera's centre
+  Eigen::Vector3d omega_C = Eigen::Vector3d::Zero();  // [rad/s] along the axes of the camera
+  // Of [v_WC; omega_C], given the keyframes.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
 // Trajectory of the frames tracked in one world frame.
 struct SubmapTrajectory {
-  SubmapId submap = kNoId;    // root of the merged submaps
-  std::size_t keyframes = 0;  // active
-  Trajectory frames;          // T_WC, as SlamSystem::trajectory()
+  SubmapId submap = kNoId;                // root of the merged submaps
+  std::size_t keyframes = 0;              // active
+  Trajectory frames;                      // T_WC, as SlamSystem::trajectory()
+  std::vector<FrameVelocity> velocities;  // as SlamSystem::velocities()
 };
 
 // [s] Maximum pause of a camera between two frames: a stamp that jumps farther is a clock fault,
@@ -303,6 +315,10 @@ class SlamSystem {
   // Finish(), which also smooths all). In the world of the first of submaps(); empty if there is
   // none.
   Trajectory trajectory() const;
+  // The velocities of the frames of trajectory(), by stamp; empty before Finish(). Frames have none
+  // where they are too few, too far apart to be smoothed, or, with an IMU in use, beside readings
+  // that images contradicted.
+  std::vector<FrameVelocity> velocities() const;
   // T_WC of the active keyframes of this run, without those of a given map, in that world.
   Trajectory keyframe_trajectory() const;
   // One trajectory per world in which frames were tracked and that still exists, most frames first.
