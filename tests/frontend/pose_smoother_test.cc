@@ -124,8 +124,8 @@ TEST(MotionNoise, IsThatOfASimulatedMotionWhateverThePosesState) {
   const auto noise = EstimateMotionNoise(recording.measured);
   ASSERT_TRUE(noise);
   // Medians of 9000 squares have standard errors of 2 %; densities are differences of them.
-  EXPECT_NEAR(noise->position_scale, 2.0, 0.1);
-  EXPECT_NEAR(noise->rotation_scale, 0.5, 0.1);
+  EXPECT_NEAR(noise->pose.position, 2.0, 0.1);
+  EXPECT_NEAR(noise->pose.rotation, 0.5, 0.1);
   EXPECT_NEAR(noise->acceleration.linear, kHand.linear, 0.2 * kHand.linear);
   EXPECT_NEAR(noise->acceleration.angular, kHand.angular, 0.1 * kHand.angular);
 }
@@ -139,7 +139,7 @@ TEST(MotionNoise, HardlyDependsOnSingleJumpsAndOnMissingFrames) {
   std::erase_if(recording.measured, [](const MeasuredPose& pose) { return pose.stamp % 7 == 0; });
   const auto noise = EstimateMotionNoise(recording.measured);
   ASSERT_TRUE(noise);
-  EXPECT_NEAR(noise->position_scale, 1.0, 0.15);
+  EXPECT_NEAR(noise->pose.position, 1.0, 0.15);
   EXPECT_NEAR(noise->acceleration.angular, kHand.angular, 0.2 * kHand.angular);
 }
 
@@ -359,6 +359,7 @@ Recording WithReadings(int frames, unsigned seed) {
                   rng);
     recording.velocities.emplace_back() << state.v_WB,
         motion.SampleAt(FromSeconds(i * kStep)).gyroscope;
+    recording.measured.back().reference = KeyFrameId(i);
     if (i == 0) continue;
     ReadingsBetween readings = of_frame;
     readings.before = recording.measured[recording.measured.size() - 2].stamp;
@@ -391,6 +392,26 @@ TEST(PoseSmoother, ReadingsBridgeImagesThatStateNothing) {
   for (std::size_t i = 140; i < 170; ++i) {
     EXPECT_LT((smoothed[i].p() - recording.truth[i].p()).norm(), 4e-3) << i;
   }
+}
+
+TEST(PoseNoise, IsThatOfTheImagesHoweverFastTheyMove) {
+  Recording recording = WithReadings(600, 32);
+  for (MeasuredPose& pose : recording.measured) {
+    pose.information = Information(0.5 * kPosition, 2.0 * kRotation);
+  }
+  std::vector<ImuPreintegration> readings;
+  for (std::size_t i = 1; i < recording.measured.size(); ++i) {
+    const ReadingsBetween& between = *recording.measured[i].readings;
+    readings.emplace_back(between.samples, ImuBias::Zero());
+  }
+  const auto noise = EstimatePoseNoise(recording.measured, readings, kGravity);
+  ASSERT_TRUE(noise);
+  // Medians of 1800 squares, neighbours of which share poses: standard errors of 4 %. The biases
+  // are not known.
+  EXPECT_NEAR(noise->position, 2.0, 0.25);
+  EXPECT_NEAR(noise->rotation, 0.5, 0.06);
+  const std::vector<MeasuredPose> few(recording.measured.begin(), recording.measured.begin() + 20);
+  EXPECT_FALSE(EstimatePoseNoise(few, readings, kGravity));
 }
 
 // Changes the readings that end at a frame.
@@ -495,6 +516,52 @@ TEST(PoseSmoother, VelocitiesErrAsTheirCovarianceStates) {
   // of the accelerations are estimated of them.
   EXPECT_NEAR(of_linear, 3.0, 1.5);
   EXPECT_NEAR(of_angular, 3.0, 0.5);
+}
+
+TEST(PoseSmoother, VelocitiesByAnImuErrAsTheirCovarianceStates) {
+  double of_linear = 0.0, of_angular = 0.0;
+  for (unsigned seed = 40; seed < 46; ++seed) {
+    const VelocityErrors errors = ErrorsOfVelocities(WithReadings(400, seed), kGravity);
+    EXPECT_EQ(errors.frames, 400);
+    EXPECT_LT(errors.linear, 2e-3);
+    of_linear += errors.of_linear / 6.0;
+    of_angular += errors.of_angular / 6.0;
+  }
+  // Single ones have 2.3 to 3.6 and 2.8 to 3.0.
+  EXPECT_NEAR(of_linear, 3.0, 0.9);
+  EXPECT_NEAR(of_angular, 3.0, 0.3);
+}
+
+TEST(PoseSmoother, ImagesOfOneKeyframeStateAsMuchAsOne) {
+  constexpr int kShared = 20;
+  double by_keyframe = 0.0, alone = 0.0;  // sums of errors of velocities [m/s]
+  for (unsigned seed = 27; seed < 32; ++seed) {
+    Recording recording = WithReadings(400, seed);
+    std::mt19937 rng(seed);
+    Eigen::Vector3d error = Normal(rng, kPosition);
+    for (std::size_t i = 0; i < recording.measured.size(); ++i) {
+      if (i % kShared == 0) error = Normal(rng, kPosition);
+      MeasuredPose& pose = recording.measured[i];
+      const Pose& truth = recording.truth[i];
+      pose.T_WB = Pose(truth.q() * so3::Exp(Normal(rng, 0.2 * kRotation)),
+                       truth.p() + error + Normal(rng, 0.2 * kPosition));
+    }
+    alone += ErrorsOfVelocities(recording, kGravity).linear;
+    for (MeasuredPose& pose : recording.measured) {
+      pose.reference = KeyFrameId(pose.reference.value() / kShared);
+    }
+    by_keyframe += ErrorsOfVelocities(recording, kGravity).linear;
+  }
+  EXPECT_LT(by_keyframe, 0.8 * alone);
+}
+
+// Readings hold no pose over a minute, whatever images of one keyframe share.
+TEST(PoseSmoother, AMinuteAtOneKeyframeIsHeldByItsImages) {
+  Recording recording = WithReadings(1800, 33);
+  for (MeasuredPose& pose : recording.measured) pose.reference = KeyFrameId(0);
+  const double measured = PositionRmse(Measured(recording), recording.truth);
+  // 0.24 here; 0.6 to 0.75 if all images state as much as one.
+  EXPECT_LT(PositionRmse(Smooth(recording.measured, kGravity), recording.truth), 0.3 * measured);
 }
 
 TEST(PoseSmoother, BesideContradictedReadingsThereIsNoVelocity) {

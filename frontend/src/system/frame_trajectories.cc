@@ -17,12 +17,15 @@ constexpr std::size_t kLearnedFrom = 200;
 constexpr std::size_t kMostSearched = 400;  // for frames of the same world
 
 MeasuredPose Measured(const PosedFrame& frame, const Map& map, const std::optional<Pose>& T_BC) {
-  const Pose T_WC = frame.measured().T_WC(map);
-  if (!T_BC || !frame.information) {
-    return {frame.measured_at(), T_BC ? T_WC * T_BC->Inverse() : T_WC, frame.information};
-  }
-  return {frame.measured_at(), T_WC * T_BC->Inverse(),
-          InformationOfBody(*frame.information, *T_BC)};
+  const AnchoredPose& by_image = frame.measured();
+  MeasuredPose pose{.stamp = frame.measured_at(),
+                    .T_WB = by_image.T_WC(map),
+                    .information = frame.information,
+                    .reference = by_image.reference};
+  if (!T_BC) return pose;
+  pose.T_WB = pose.T_WB * T_BC->Inverse();
+  if (pose.information) pose.information = InformationOfBody(*pose.information, *T_BC);
+  return pose;
 }
 
 // Returns the poses of the frames at `indices` by time: what images state, each at the time of its

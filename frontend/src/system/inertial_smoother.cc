@@ -5,13 +5,13 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include <ceres/loss_function.h>
 
 #include <highwall/core/factor_graph.h>
 #include <highwall/core/prior.h>
 #include <highwall/factors/imu_factor.h>
-#include <highwall/frontend/inertial/options.h>
 
 #include "system/chain_covariance.h"
 
@@ -28,6 +28,18 @@ Eigen::Vector3d MeanVelocity(std::span<const MeasuredPose> poses, std::size_t i)
   const MeasuredPose& before = poses[i > 0 ? i - 1 : 0];
   const MeasuredPose& after = poses[std::min(i + 1, poses.size() - 1)];
   return (after.T_WB.p() - before.T_WB.p()) / ToSeconds(after.stamp - before.stamp);
+}
+
+// Returns how many of the poses state as much as one: images that follow the same keyframe see the
+// same landmarks and share most of their errors. Not more than those of a second, as long as
+// readings hold a pose against images; an error that lasts longer contradicts no readings.
+double SharedBy(std::span<const MeasuredPose> poses) {
+  constexpr double kHeld = 1.0;  // [s]
+  std::set<KeyFrameId> keyframes;
+  for (const MeasuredPose& pose : poses) keyframes.insert(pose.reference);
+  const auto number = static_cast<double>(poses.size());
+  const double a_second = number * kHeld / ToSeconds(poses.back().stamp - poses.front().stamp);
+  return std::max(1.0, std::min(number / static_cast<double>(keyframes.size()), a_second));
 }
 
 // A reading of the gyroscope at the time of a pose.
@@ -82,11 +94,18 @@ void AddVelocities(std::span<const MeasuredPose> poses, const std::vector<BodySt
 }  // namespace
 
 std::vector<SmoothedPose> SmoothByReadings(std::span<const MeasuredPose> poses,
-                                           const MotionNoise& noise,
+                                           const std::optional<PoseNoise>& usual,
                                            const Eigen::Vector3d& gravity_W) {
-  // The readings hold poses over seconds, in which neighbouring images, which see the same
-  // landmarks, share most of their errors: as in the smoother of InertialOdometry.
-  const double shared = 1.0 / std::sqrt(VisualNoise().scale);
+  std::vector<ImuPreintegration> steps;
+  for (const MeasuredPose& pose : poses.subspan(1)) {
+    const ReadingsBetween& readings = *pose.readings;
+    steps.emplace_back(readings.samples, readings.bias,
+                       ImuPreintegrationOptions{.noise = readings.noise});
+  }
+  auto noise = EstimatePoseNoise(poses, steps, gravity_W);
+  if (!noise) noise = usual;
+  if (!noise) return {};
+  const double shared = 1.0 / std::sqrt(SharedBy(poses));
   FactorGraph graph;
   // At 95 % of chi-squared with 6 and with 15 degrees of freedom.
   const auto of_pose = std::make_shared<ceres::HuberLoss>(3.5);
@@ -104,7 +123,7 @@ std::vector<SmoothedPose> SmoothByReadings(std::span<const MeasuredPose> poses,
     const BodyState& state = states.back();
     if (poses[i].information) {
       graph.AddFactor(
-          std::make_unique<PosePrior>(poses[i].T_WB, shared * RootInformation(poses[i], noise)),
+          std::make_unique<PosePrior>(poses[i].T_WB, shared * RootInformation(poses[i], *noise)),
           of_pose, state.T_WB);
     } else {
       graph.Fix(state.T_WB);
@@ -116,10 +135,10 @@ std::vector<SmoothedPose> SmoothByReadings(std::span<const MeasuredPose> poses,
       continue;
     }
     const BodyState& before = states[i - 1];
-    const ImuPreintegration imu(readings.samples, readings.bias, {.noise = readings.noise});
-    graph.AddFactor(std::make_unique<ImuGravityFactor>(imu, kStandardGravity, readings.weight),
-                    readings.contradicted ? of_contradicted : of_readings, before.T_WB, before.v_WB,
-                    before.bias, state.T_WB, state.v_WB, state.bias, gravity);
+    graph.AddFactor(
+        std::make_unique<ImuGravityFactor>(steps[i - 1], kStandardGravity, readings.weight),
+        readings.contradicted ? of_contradicted : of_readings, before.T_WB, before.v_WB,
+        before.bias, state.T_WB, state.v_WB, state.bias, gravity);
   }
   SolveOptions options;
   options.max_iterations = 20;

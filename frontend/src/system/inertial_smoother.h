@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,12 +13,13 @@ namespace highwall {
 
 // Smooths poses of a body that follow each other, each but the first with the readings of its IMU
 // since the one before: a factor graph of measured poses and of ImuGravityFactor between them, with
-// velocities, biases and the direction of gravity as unknowns. noise: of the poses. gravity_W:
-// [m/s^2] as it is known. Poses without information stay as they are. The angular rate is that of
+// velocities, biases and the direction of gravity as unknowns. usual: noise of the
+// poses, where they are too few to estimate it (EstimatePoseNoise). gravity_W: [m/s^2] as it is
+// known. Poses without information stay as they are. The angular rate is that of
 // the gyroscope; beside readings that were contradicted there is no velocity. Empty if the graph
-// has no solution. Linear in the number of poses.
+// has no solution, or the noise is not known. Linear in the number of poses.
 std::vector<SmoothedPose> SmoothByReadings(std::span<const MeasuredPose> poses,
-                                           const MotionNoise& noise,
+                                           const std::optional<PoseNoise>& usual,
                                            const Eigen::Vector3d& gravity_W);
 
 }  // namespace highwall

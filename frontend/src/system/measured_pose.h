@@ -19,6 +19,7 @@ struct MeasuredPose {
   Pose T_WB;
   std::optional<ImageInformation> information{};      // as in PosedFrame, in B
   std::shared_ptr<const ReadingsBetween> readings{};  // since the pose before
+  KeyFrameId reference = kNoId;                       // to which its image was anchored
 };
 
 // The velocity of that body.

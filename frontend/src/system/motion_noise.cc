@@ -36,6 +36,19 @@ std::optional<StatedVariance> Stated(const MeasuredPose& pose) {
   return StatedVariance{variances.head<3>().mean(), variances.tail<3>().mean()};
 }
 
+std::vector<std::optional<StatedVariance>> StatedOf(std::span<const MeasuredPose> poses) {
+  std::vector<std::optional<StatedVariance>> stated;
+  stated.reserve(poses.size());
+  for (const MeasuredPose& pose : poses) stated.push_back(Stated(pose));
+  return stated;
+}
+
+// Returns the variance of a second difference of three values with the variances given, the second
+// step being `ratio` times as long as the first.                                           Eq. 7
+double StatedNoise(const std::array<double, 3>& variances, double ratio) {
+  return variances[2] + (1 + ratio) * (1 + ratio) * variances[1] + ratio * ratio * variances[0];
+}
+
 // Squared second difference of an axis of three poses, with what its variance consists of: that of
 // the stated noise, and that of white noise on the acceleration of density one.
 struct SecondDifference {
@@ -65,10 +78,9 @@ std::array<SecondDifferences, 2> Collect(std::span<const MeasuredPose> poses,
       continue;
     }
     const double ratio = after / before;
-    if (ratio > 2.0 || ratio < 0.5) continue;             // a missing image
-    const auto noise = [&](double StatedVariance::*of) {  // Eq. 7
-      return (*stated[c]).*of + (1 + ratio) * (1 + ratio) * ((*stated[b]).*of) +
-             ratio * ratio * ((*stated[a]).*of);
+    if (ratio > 2.0 || ratio < 0.5) continue;  // a missing image
+    const auto noise = [&](double StatedVariance::*of) {
+      return StatedNoise({(*stated[a]).*of, (*stated[b]).*of, (*stated[c]).*of}, ratio);
     };
     const double of_motion = after * after * (before + after) / 3.0;  // Eq. 8
     const Pose &A = poses[a].T_WB, &B = poses[b].T_WB, &C = poses[c].T_WB;
@@ -78,6 +90,29 @@ std::array<SecondDifferences, 2> Collect(std::span<const MeasuredPose> poses,
         noise(&StatedVariance::rotation), of_motion, &all[1]);
   }
   return all;
+}
+
+// Second differences of three poses that readings do not explain.
+struct Unexplained {
+  Eigen::Vector3d position, rotation;
+  double ratio;  // of the second step to the first
+};
+
+// steps: readings of both. The velocity of the first pose is that by which it comes to the second,
+// and a bias of the gyroscope is the same in both steps.
+Unexplained UnexplainedBy(const std::array<Pose, 3>& T_WB, const std::array<ImuDelta, 2>& steps,
+                          const Eigen::Vector3d& gravity_W) {
+  const auto& [A, B, C] = T_WB;
+  const auto& [first, second] = steps;
+  const double t = first.duration, ratio = second.duration / t;
+  const Eigen::Vector3d v_A = (B.p() - A.p() - 0.5 * t * t * gravity_W - A.R() * first.p) / t;
+  const Eigen::Vector3d v_B = v_A + t * gravity_W + A.R() * first.v;
+  const double u = second.duration;
+  const Eigen::Vector3d p_C = B.p() + u * v_B + 0.5 * u * u * gravity_W + B.R() * second.p;
+  const auto turn = [](const Pose& from, const Pose& to, const ImuDelta& step) {
+    return so3::Log(step.q.conjugate() * from.q().conjugate() * to.q());
+  };
+  return {C.p() - p_C, turn(B, C, second) - ratio * turn(A, B, first), ratio};
 }
 
 // Variance of the noise over the stated one, and the density of the acceleration.
@@ -128,9 +163,7 @@ Shares Solve(const SecondDifferences& one, const SecondDifferences& two) {
 }  // namespace
 
 std::optional<MotionNoise> EstimateMotionNoise(std::span<const MeasuredPose> poses) {
-  std::vector<std::optional<StatedVariance>> stated;
-  stated.reserve(poses.size());
-  for (const MeasuredPose& pose : poses) stated.push_back(Stated(pose));
+  const std::vector<std::optional<StatedVariance>> stated = StatedOf(poses);
   const auto one = Collect(poses, stated, 1), two = Collect(poses, stated, 2);
   if (std::min(one[0].size(), two[0].size()) < 3 * kFewest) return std::nullopt;
   const Shares position = Solve(one[0], two[0]), rotation = Solve(one[1], two[1]);
@@ -138,18 +171,46 @@ std::optional<MotionNoise> EstimateMotionNoise(std::span<const MeasuredPose> pos
     // Not so where poses do not differ at all.
     if (!std::isfinite(share) || share <= 0.0) return std::nullopt;
   }
-  return MotionNoise{
-      {position.motion, rotation.motion}, std::sqrt(position.noise), std::sqrt(rotation.noise)};
+  return MotionNoise{{position.motion, rotation.motion},
+                     {std::sqrt(position.noise), std::sqrt(rotation.noise)}};
 }
 
-Eigen::Matrix<double, 6, 6> RootInformation(const MeasuredPose& pose, const MotionNoise& noise) {
+std::optional<PoseNoise> EstimatePoseNoise(std::span<const MeasuredPose> poses,
+                                           std::span<const ImuPreintegration> readings,
+                                           const Eigen::Vector3d& gravity_W) {
+  const std::vector<std::optional<StatedVariance>> stated = StatedOf(poses);
+  SecondDifferences position, rotation;
+  for (std::size_t a = 0; a + 2 < poses.size(); ++a) {
+    if (!stated[a] || !stated[a + 1] || !stated[a + 2]) continue;
+    const Unexplained unexplained =
+        UnexplainedBy({poses[a].T_WB, poses[a + 1].T_WB, poses[a + 2].T_WB},
+                      {readings[a].delta(), readings[a + 1].delta()}, gravity_W);
+    const auto noise = [&](double StatedVariance::*of) {
+      return StatedNoise({(*stated[a]).*of, (*stated[a + 1]).*of, (*stated[a + 2]).*of},
+                         unexplained.ratio);
+    };
+    Add(unexplained.position, noise(&StatedVariance::position), 0.0, &position);
+    Add(unexplained.rotation, noise(&StatedVariance::rotation), 0.0, &rotation);
+  }
+  if (position.size() < 3 * kFewest) return std::nullopt;
+  const auto scale = [](const SecondDifferences& differences) {
+    return std::sqrt(
+        MedianOf(differences, [](const SecondDifference& d) { return d.square / d.stated; }) /
+        kMedianOfChi2);
+  };
+  const PoseNoise noise{scale(position), scale(rotation)};
+  if (noise.position == 0.0 || noise.rotation == 0.0) return std::nullopt;  // generated poses
+  return noise;
+}
+
+Eigen::Matrix<double, 6, 6> RootInformation(const MeasuredPose& pose, const PoseNoise& noise) {
   using Matrix6 = Eigen::Matrix<double, 6, 6>;
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(pose.information->cast<double>());
   const Matrix6 root_B =
       eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
   Matrix6 root = root_B;
-  root.leftCols<3>() = root_B.leftCols<3>() * pose.T_WB.R().transpose() / noise.position_scale;
-  root.rightCols<3>() = root_B.rightCols<3>() / noise.rotation_scale;
+  root.leftCols<3>() = root_B.leftCols<3>() * pose.T_WB.R().transpose() / noise.position;
+  root.rightCols<3>() = root_B.rightCols<3>() / noise.rotation;
   return root;
 }
 

@@ -56,8 +56,9 @@ MotionGraph MakeGraph(std::span<const MeasuredPose> poses, const MotionNoise& no
   for (std::size_t i = 0; i < poses.size(); ++i) {
     T_WB.push_back(graph.AddVariable(poses[i].T_WB));
     if (poses[i].information) {
-      graph.AddFactor(std::make_unique<PosePrior>(poses[i].T_WB, RootInformation(poses[i], noise)),
-                      of_pose, T_WB.back());
+      graph.AddFactor(
+          std::make_unique<PosePrior>(poses[i].T_WB, RootInformation(poses[i], noise.pose)),
+          of_pose, T_WB.back());
     } else {
       graph.Fix(T_WB.back());
     }
@@ -155,15 +156,16 @@ void SmoothWindow(std::span<const MeasuredPose> poses, std::size_t begin, std::s
   const std::vector<MeasuredPose> all = WithFirstPoses(poses.subspan(first, last - first));
   const std::span window(all);
   const auto noise = EstimateMotionNoise(window);
-  if (!noise) return;
+  const auto of_poses = noise ? std::optional(noise->pose) : std::nullopt;
   for (std::size_t i = 0; i < window.size();) {
     const std::size_t stretch_end = EndOfStretch(window, i);
     const auto stretch = window.subspan(i, stretch_end - i);
     i = stretch_end;
     if (stretch.size() < 3) continue;
     const bool by_readings = gravity_W && stretch[1].readings != nullptr;
+    if (!by_readings && !noise) continue;
     const std::vector<SmoothedPose> found = by_readings
-                                                ? SmoothByReadings(stretch, *noise, *gravity_W)
+                                                ? SmoothByReadings(stretch, of_poses, *gravity_W)
                                                 : SmoothByMotion(stretch, *noise);
     for (std::size_t k = 0; k < found.size(); ++k) {
       const std::size_t index = first + static_cast<std::size_t>(&stretch[k] - all.data());
