@@ -199,7 +199,9 @@ std::optional<PoseNoise> EstimatePoseNoise(std::span<const MeasuredPose> poses,
         kMedianOfChi2);
   };
   const PoseNoise noise{scale(position), scale(rotation)};
-  if (noise.position == 0.0 || noise.rotation == 0.0) return std::nullopt;  // generated poses
+  for (const double value : {noise.position, noise.rotation}) {
+    if (!std::isfinite(value) || value <= 0.0) return std::nullopt;
+  }
   return noise;
 }
 

@@ -23,12 +23,14 @@ namespace highwall {
 namespace {
 
 constexpr std::size_t kWindow = 1000;  // frames smoothed at once
-// Frames on either side of a window that are smoothed with it and not kept. The influence of a
-// frame ends within a few neighbours.
-constexpr std::size_t kOverlap = 50;
-// Frames before the newest one that predict it, for the same reason, and how many of them an image
-// must measure.
-constexpr std::size_t kPredictedFrom = 16, kLeastMeasured = 6;
+// Frames on either side of a window that are smoothed with it. The influence of a frame ends within
+// a few neighbours; where readings of an IMU hold poses, within seconds.
+constexpr std::size_t kOverlap = 150;
+// Of these, the ones in which one window fades into the next.
+constexpr std::size_t kFade = 50;
+// Frames before the newest one that predict it, for the same reason, how many of them an image must
+// measure, and how many there are at most.
+constexpr std::size_t kPredictedFrom = 16, kLeastMeasured = 6, kMostPredictedFrom = 50;
 // At 95 % of chi-squared with 6 and with 12 degrees of freedom: spikes of poses, cuts of motions.
 constexpr double kMostOfPose = 3.5, kMostOfMotion = 4.6;
 
@@ -147,7 +149,22 @@ std::vector<MeasuredPose> WithFirstPoses(std::span<const MeasuredPose> poses) {
   return all;
 }
 
-// Smooths the frames [begin, end) of `poses`, with those around them.
+// Returns what lies between two estimates of a pose: a for weight 0, b for weight 1.
+SmoothedPose Between(const SmoothedPose& a, const SmoothedPose& b, double weight) {
+  const auto mean = [weight](const auto& x, const auto& y) {
+    return ((1.0 - weight) * x + weight * y).eval();
+  };
+  SmoothedPose between{Pose(a.T_WB.q().slerp(weight, b.T_WB.q()), mean(a.T_WB.p(), b.T_WB.p()))};
+  if (a.velocity && b.velocity) {
+    between.velocity = {mean(a.velocity->v_WB, b.velocity->v_WB),
+                        mean(a.velocity->omega_B, b.velocity->omega_B),
+                        mean(a.velocity->covariance, b.velocity->covariance)};
+  }
+  return between;
+}
+
+// Smooths the frames [begin, end) of `poses`, with those around them. The frames before are those
+// of another window, into which they fade.
 void SmoothWindow(std::span<const MeasuredPose> poses, std::size_t begin, std::size_t end,
                   const std::optional<Eigen::Vector3d>& gravity_W,
                   std::vector<std::optional<SmoothedPose>>* smoothed) {
@@ -163,13 +180,16 @@ void SmoothWindow(std::span<const MeasuredPose> poses, std::size_t begin, std::s
     i = stretch_end;
     if (stretch.size() < 3) continue;
     const bool by_readings = gravity_W && stretch[1].readings != nullptr;
-    if (!by_readings && !noise) continue;
-    const std::vector<SmoothedPose> found = by_readings
-                                                ? SmoothByReadings(stretch, of_poses, *gravity_W)
-                                                : SmoothByMotion(stretch, *noise);
+    std::vector<SmoothedPose> found;
+    if (by_readings) found = SmoothByReadings(stretch, of_poses, *gravity_W);
+    if (found.empty() && noise) found = SmoothByMotion(stretch, *noise);
     for (std::size_t k = 0; k < found.size(); ++k) {
       const std::size_t index = first + static_cast<std::size_t>(&stretch[k] - all.data());
-      if (index >= begin && index < end && stretch[k].information) (*smoothed)[index] = found[k];
+      if (index + kFade < begin || index >= end + kFade || !stretch[k].information) continue;
+      std::optional<SmoothedPose>& pose = (*smoothed)[index];
+      const double weight =
+          (static_cast<double>(index + kFade) - static_cast<double>(begin) + 0.5) / (2.0 * kFade);
+      pose = pose && weight < 1.0 ? Between(*pose, found[k], weight) : found[k];
     }
   }
 }
@@ -177,7 +197,7 @@ void SmoothWindow(std::span<const MeasuredPose> poses, std::size_t begin, std::s
 // Returns the first of the poses that predict the last one.
 std::size_t FirstToPredictFrom(std::span<const MeasuredPose> poses) {
   std::size_t begin = poses.size() - 1, measured = 0;
-  while (begin > 0 && poses.size() - begin <= kOverlap &&
+  while (begin > 0 && poses.size() - begin <= kMostPredictedFrom &&
          (poses.size() - begin <= kPredictedFrom || measured < kLeastMeasured) &&
          ToSeconds(poses[begin].stamp - poses[begin - 1].stamp) <=
              ConstantVelocity::kLongestPrediction) {

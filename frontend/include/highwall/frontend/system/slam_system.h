@@ -185,8 +185,9 @@ struct PostponedWork {
 struct FrameVelocity {
   Stamp stamp = 0;                                    // of the frame
   Eigen::Vector3d v_WC = Eigen::Vector3d::Zero();     // [m/s] of the camera's centre
-  Eigen::Vector3d omega_C = Eigen::Vector3d::Zero();  // [rad/s] along the axes of the camera
-  // Of [v_WC; omega_C], given the keyframes.
+  // [rad/s] along the axes of the camera; with an IMU in use a single reading of its gyroscope.
+  Eigen::Vector3d omega_C = Eigen::Vector3d::Zero();
+  // Of [v_WC; omega_C], given the keyframes: the drift of the map is not part of it.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
@@ -315,9 +316,9 @@ class SlamSystem {
   // Finish(), which also smooths all). In the world of the first of submaps(); empty if there is
   // none.
   Trajectory trajectory() const;
-  // The velocities of the frames of trajectory(), by stamp; empty before Finish(). Frames have none
-  // where they are too few, too far apart to be smoothed, or, with an IMU in use, beside readings
-  // that images contradicted.
+  // The velocities of the frames of trajectory(), by stamp; empty before Finish(), and without
+  // SlamOptions::refinement.smooth. Frames have none where they are too few, too far apart to be
+  // smoothed, or, with an IMU in use, beside readings that are missing or contradicted by images.
   std::vector<FrameVelocity> velocities() const;
   // T_WC of the active keyframes of this run, without those of a given map, in that world.
   Trajectory keyframe_trajectory() const;
