@@ -208,7 +208,8 @@ TEST_F(KeyFrameGraphTest, AWholeImageHoldsAKeyFrameWithoutCommonLandmarks) {
   EXPECT_GT(RelativeCovariance(map(), model(), 9_kf, 10_kf)(0, 0), 0.9);
   // Its reference is replaced by 9.
   map().RemoveKeyFrame(8_kf, 9_kf);
-  EXPECT_NEAR(RelativeCovariance(map(), model(), 9_kf, 10_kf)(0, 0), 1e-4, 1e-7);
+  // Four times 1e-4: neighbouring pixels share errors as landmarks do.
+  EXPECT_NEAR(RelativeCovariance(map(), model(), 9_kf, 10_kf)(0, 0), 4e-4, 1e-6);
 }
 
 TEST_F(KeyFrameGraphTest, ALoopWithAnOpenDirectionDoesNotHoldThere) {

@@ -253,8 +253,7 @@ PoseCovariance CovarianceOf(const LoopEdge& loop, const KeyFrameGraphOptions& op
 
 PoseCovariance RelativeCovariance(const Map& map, const MeasurementModel& model,
                                   KeyFrameId reference, KeyFrameId keyframe) {
-  PoseCovariance information =
-      InflatedInformation(RelativeInformation(map, model, reference, keyframe));
+  PoseCovariance information = RelativeInformation(map, model, reference, keyframe);
   const KeyFrame& R = *map.keyframe(reference);
   const KeyFrame& C = *map.keyframe(keyframe);
   if (const auto& motion = C.image_motion) {
@@ -263,6 +262,7 @@ PoseCovariance RelativeCovariance(const Map& map, const MeasurementModel& model,
       information += motion->sqrt_information.transpose() * motion->sqrt_information;
     }
   }
+  information = InflatedInformation(information);
   if (!R.covariance || !C.covariance || !BeganInOnePlace(map, R, C)) return information.inverse();
   PoseCovariance independent = C.covariance->cast<double>() +
                                CarriedTo(C.T_WC.Inverse() * R.T_WC, R.covariance->cast<double>());

@@ -29,9 +29,9 @@ inline PoseCovariance CarriedTo(const Pose& T_CK, const PoseCovariance& covarian
   return J * covariance_K * J.transpose();
 }
 
-// Returns the information by landmarks with what a covariance of each for itself leaves out: their
-// errors are not independent (VisualNoise::scale). Open directions get a metre and a radian: no
-// keyframe is farther from its neighbours.
+// Returns the information by landmarks or pixels with what a covariance of each for itself leaves
+// out: their errors are not independent (VisualNoise::scale). Open directions get a metre and a
+// radian: no keyframe is farther from its neighbours.
 inline PoseCovariance InflatedInformation(const PoseCovariance& information) {
   constexpr double kCorrelation = 4.0;
   constexpr double kLeast = 1.0;  // [1/m^2], [1/rad^2]
