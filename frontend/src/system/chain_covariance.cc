@@ -83,13 +83,19 @@ std::vector<Eliminated> Eliminate(const Information& information, std::size_t st
   const auto block = [&](std::size_t i, std::size_t j) -> MatrixXd {
     return information.H.block(information.first[i], information.first[j], size_of(i), size_of(j));
   };
-  const MatrixXd border = information.H.rightCols(size_of(states));
-  *common = border.bottomRows(size_of(states));
+  const Index commons = size_of(states);
+  MatrixXd all;  // dense, as its columns are, so that a block is found at once
+  if (commons > 0) all = information.H.rightCols(commons);
+  const auto border = [&](std::size_t i) -> MatrixXd {
+    if (commons == 0) return MatrixXd(size_of(i), 0);
+    return all.middleRows(information.first[i], size_of(i));
+  };
+  *common = border(states);
   std::vector<Eliminated> chain;
   for (std::size_t i = 0; i < states; ++i) {
     MatrixXd own = block(i, i);
     Eliminated state;
-    state.border = border.middleRows(information.first[i], size_of(i));
+    state.border = border(i);
     if (i > 0) {
       const Eliminated& before = chain.back();
       const MatrixXd coupling = block(i, i - 1);
@@ -118,8 +124,8 @@ std::vector<MatrixXd> ChainCovariance(ceres::Problem& problem,
   const std::optional<MatrixXd> common_covariance = Inverse(of_common);
   if (chain.size() != states.size() || !common_covariance) return {};
   std::vector<MatrixXd> covariances(states.size());
-  MatrixXd given_common;  // covariance of the state after the present one
-  MatrixXd by_common;     // change of that state with the common blocks
+  MatrixXd given_common;  // covariance of the state after the present one, the common blocks known
+  MatrixXd by_common;     // how far that state follows the common blocks
   for (std::size_t i = states.size(); i-- > 0;) {
     const Eliminated& state = chain[i];
     MatrixXd response = state.inverse * state.border, own = state.inverse;
