@@ -33,7 +33,8 @@ std::optional<MotionNoise> EstimateMotionNoise(std::span<const MeasuredPose> pos
 
 // Estimates the noise of poses with readings of an IMU between them: from what the second
 // differences differ by from those that the readings predict, whatever the motion. poses: as above.
-// readings: one for each pose but the first, since the one before. gravity_W: [m/s^2].
+// readings: one for each pose but the first, since the one before. gravity_W: [m/s^2]. Empty as
+// above. (docs/factors/white_acceleration.md, Eq. 10 and 11)
 std::optional<PoseNoise> EstimatePoseNoise(std::span<const MeasuredPose> poses,
                                            std::span<const ImuPreintegration> readings,
                                            const Eigen::Vector3d& gravity_W);
