@@ -176,7 +176,8 @@ TEST_F(RunOutputTest, VelocitiesOfEachSubmapAreWrittenWhereThereAreAny) {
   SlamRun result;
   result.largest.causal = result.largest.trajectory = result.keyframes = Poses({0, 1});
   for (const int frame : {2, 3}) {
-    result.others.emplace_back().causal = result.others.back().trajectory = Poses({frame});
+    SubmapRun& other = result.others.emplace_back();
+    other.causal = other.trajectory = Poses({frame});
   }
   FrameVelocity velocity{Tracked(3).stamp, {0.25, -1.5, 0.125}, {0, 0, 0.5}};
   velocity.covariance.diagonal().setConstant(4e-6);

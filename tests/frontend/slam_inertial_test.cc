@@ -178,8 +178,8 @@ TEST_F(SlamInertialTest, AShockToTheSensorDoesNotBendTheSmoothedTrajectory) {
     return result.inertial && result.inertial->contradicted;
   }));
   system.Finish();
-  // 1.8 mm if these readings are believed, 1.0 mm here.
-  EXPECT_LT(RelativePoseError(walk().truth, system.trajectory()).statistics.max, 1.4e-3);
+  // 4.0 mm if these readings are believed, 1.5 mm here.
+  EXPECT_LT(RelativePoseError(walk().truth, system.trajectory()).statistics.max, 2.2e-3);
 }
 
 // Keyframes from before the initialization were compensated by the motion from one frame to the
