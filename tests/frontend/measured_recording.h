@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -113,6 +114,22 @@ inline std::vector<Pose> Smooth(const std::vector<MeasuredPose>& measured,
     poses.push_back(smoothed[i] ? smoothed[i]->T_WB : measured[i].T_WB);
   }
   return poses;
+}
+
+// Largest errors of the way from one pose to the next [m], where another window of a thousand
+// frames begins, and elsewhere.
+struct StepErrors {
+  double at_seams = 0.0, elsewhere = 0.0;
+};
+
+inline StepErrors ErrorsOfSteps(const std::vector<Pose>& smoothed, const std::vector<Pose>& truth) {
+  StepErrors errors;
+  for (std::size_t i = 1; i < smoothed.size(); ++i) {
+    const Eigen::Vector3d step = smoothed[i].p() - smoothed[i - 1].p();
+    double& largest = i % 1000 == 0 ? errors.at_seams : errors.elsewhere;
+    largest = std::max(largest, (step - (truth[i].p() - truth[i - 1].p())).norm());
+  }
+  return errors;
 }
 
 // Of the velocities of a recording.
