@@ -191,7 +191,8 @@ TEST(FrameTrajectories, PosesOfLateImagesHoldTheTrajectoryAtTheirTime) {
                      .pose = AnchoredPose::At(map, keyframe, truth(i) * noise),
                      .information = 1e8F * ImageInformation::Identity()};
     if (is_dark) {
-      frame.pose = AnchoredPose::At(map, keyframe, truth(i) * Pose::FromTangent({0, kFar, 0}, {}));
+      frame.pose =
+          AnchoredPose::At(map, keyframe, truth(i) * Pose::FromTangent({0, kFar, 0}, {0, 0, 0}));
       frame.information = ImageInformation::Zero();
     }
     if (is_dark && !is_repeated) {

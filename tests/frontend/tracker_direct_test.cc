@@ -70,7 +70,7 @@ TEST_F(TrackerDirectTest, WhereTheKeyframeDoesNotFitTheLastFrameHoldsAndStatesNo
   TrackerInSystem tracker(model, {});
   Start(tracker);
   KeyFrame& keyframe = *scene_map.map.keyframe(scene_map.map.keyframe_ids().back());
-  keyframe.T_WC = keyframe.T_WC * Pose::FromTangent({}, {0.0, 3.0, 0.0});
+  keyframe.T_WC = keyframe.T_WC * Pose::FromTangent({0, 0, 0}, {0.0, 3.0, 0.0});
   const TrackedFrame tracked = TrackSmeared(tracker);
   ExpectAt(tracked, kNext, 0.005);
   EXPECT_FALSE(tracked.image_motion);
