@@ -328,6 +328,10 @@ void BindEstimates(py::module_& module) {
           "point_px", [](const NoiseEstimate& noise) { return ArrayOf(noise.point_px); },
           "Of points, across the image, by octave: 16, of which an extractor may have fewer.")
       .def_property_readonly(
+          "low_contrast_px",
+          [](const NoiseEstimate& noise) { return ArrayOf(noise.low_contrast_px); },
+          "Of points of low contrast (PointExtractor), likewise.")
+      .def_property_readonly(
           "refined_px", [](const NoiseEstimate& noise) { return ArrayOf(noise.refined_px); },
           "Of those that keyframes have refined, likewise.")
       .def_property_readonly(

@@ -106,9 +106,11 @@ nlohmann::json ToJson(const NoiseEstimate& noise, int levels) {
     return json;
   };
   const std::span points(noise.point_px);
+  const std::span low_contrast(noise.low_contrast_px);
   const std::span refined(noise.refined_px);
   const auto used = static_cast<std::size_t>(levels);
   return {{"point_px_by_level", rounded(points.first(used))},
+          {"low_contrast_px_by_level", rounded(low_contrast.first(used))},
           {"refined_px_by_level", rounded(refined.first(used))},
           {"point_depth_by_depth", rounded(noise.point_depth)},
           {"edge_depth_by_depth", rounded(noise.edge_depth)},

@@ -187,6 +187,7 @@ void ExpectGrid(const fs::path& run, const json& grid) {
 // Factors on the prior noise model, of each kind, to a thousandth.
 void ExpectNoise(const json& noise) {
   EXPECT_EQ(noise["point_px_by_level"].size(), 8U);
+  EXPECT_EQ(noise["low_contrast_px_by_level"].size(), 8U);
   EXPECT_EQ(noise["refined_px_by_level"].size(), 8U);
   for (const char* bands : {"point_depth_by_depth", "edge_depth_by_depth", "line_px_by_length",
                             "line_depth_by_depth"}) {

@@ -27,17 +27,18 @@ using testing::operator""_kf;
 
 constexpr double kTrue = 1.0;  // [px] of corners at level 0 and of segments
 
+enum class OtherCorners { kNone, kRefined, kLowContrast };
+
 // Eight keyframes that see one scene.
 class NoiseOfAMap {
  public:
-  // depth: ratio of the specified depth noise to the true one. refined: whether every other corner
-  // is refined.
+  // depth: ratio of the specified depth noise to the true one. others: kind of every other corner.
   explicit NoiseOfAMap(const MeasurementOptions& options, double depth = 1.0, int lines = 80,
-                       bool refined = false)
+                       OtherCorners others = OtherCorners::kNone)
       : scene_(MakeScene(4, 400, lines)),
         map_(scene_),
         model_(Sensor(depth), options),
-        refined_(refined) {
+        others_(others) {
     for (unsigned i = 0; i < 8; ++i) {
       const double x = 0.1 * i - 0.4;
       const Pose T_WC = Pose::FromTangent({x, 0.4 * x * x, 0.2 * x}, {0.05 * x, -0.1 * x, 0.1 * x});
@@ -116,20 +117,21 @@ class NoiseOfAMap {
     sensor.depth_noise.quadratic *= depth;
     return sensor;
   }
-  // The true noise is given. If `refined_`, every other corner is a refined one with half of the
-  // noise.
+  // The true noise is given. Every other corner may be a refined one with half of the noise, or one
+  // of low contrast with twice the noise.
   SyntheticView See(const Pose& T_WC, unsigned seed) const {
     const auto look = [&](double px) {
       return Look(scene_, IdealSensor(), T_WC, {.px = px, .depth = true, .seed = seed});
     };
     SyntheticView view = look(kTrue);
-    const SyntheticView sharper = look(0.5 * kTrue);
+    const SyntheticView other = look(others_ == OtherCorners::kRefined ? 0.5 * kTrue : 2.0 * kTrue);
     auto marked = std::make_shared<FrameFeatures>(*view.features);
     for (std::size_t i = 0; i < marked->points.size(); ++i) {
       PointFeature& point = marked->points[i];
-      if (refined_ && i % 2 == 1) {
-        point = sharper.features->points[i];
-        point.refined = true;
+      if (others_ != OtherCorners::kNone && i % 2 == 1) {
+        point = other.features->points[i];
+        point.refined = others_ == OtherCorners::kRefined;
+        point.low_contrast = others_ == OtherCorners::kLowContrast;
       }
       point.depth_sigma = model_.depth_noise().Sigma(point.depth);
     }
@@ -140,7 +142,7 @@ class NoiseOfAMap {
   const Scene scene_;
   SceneMap map_;
   const MeasurementModel model_;
-  const bool refined_;
+  const OtherCorners others_;
   std::vector<KeyFrameId> keyframes_;
 };
 
@@ -172,7 +174,7 @@ TEST(NoiseEstimator, KindsThatWereNotSeenFollowThoseThatWere) {
 }
 
 TEST(NoiseEstimator, EstimatesRefinedAndDetectedCornersSeparately) {
-  NoiseOfAMap map({.point_sigma = kTrue, .line_sigma = kTrue}, 1.0, 80, /*refined=*/true);
+  NoiseOfAMap map({.point_sigma = kTrue, .line_sigma = kTrue}, 1.0, 80, OtherCorners::kRefined);
   NoiseEstimator estimator(map.model());
   map.Teach(&estimator);
   const NoiseEstimate& found = estimator.estimate();
@@ -189,6 +191,26 @@ TEST(NoiseEstimator, EstimatesRefinedAndDetectedCornersSeparately) {
   const PointFeature applied = estimator.Apply(frame)->points[0];
   EXPECT_EQ(applied.noise.px, static_cast<float>(found.point_px[2])) << "frames are as detected";
   EXPECT_EQ(applied.refined_noise_px, static_cast<float>(found.refined_px[2]));
+}
+
+TEST(NoiseEstimator, EstimatesCornersOfLowContrastSeparately) {
+  NoiseOfAMap map({.point_sigma = kTrue, .line_sigma = kTrue}, 1.0, 80, OtherCorners::kLowContrast);
+  NoiseEstimator estimator(map.model());
+  EXPECT_EQ(estimator.estimate().low_contrast_px, estimator.estimate().point_px) << "a priori";
+  map.Teach(&estimator);
+  const NoiseEstimate& found = estimator.estimate();
+  for (int level = 0; level < 8; ++level) {
+    const auto i = static_cast<std::size_t>(level);
+    const double shared = 0.4 / map.model().PointSigma(level);
+    // As many rows as of refined corners above.
+    EXPECT_NEAR(found.point_px[i], std::hypot(1.0, shared), 0.15) << i;
+    EXPECT_NEAR(found.low_contrast_px[i], std::hypot(2.0, shared), 0.2) << i;
+  }
+  FrameFeatures frame;
+  frame.points = {{.octave = 2}, {.octave = 2, .low_contrast = true}};
+  const auto applied = estimator.Apply(frame);
+  EXPECT_EQ(applied->points[0].noise.px, static_cast<float>(found.point_px[2]));
+  EXPECT_EQ(applied->points[1].noise.px, static_cast<float>(found.low_contrast_px[2]));
 }
 
 TEST(NoiseEstimator, WithWrongNoiseKnownBeforehandBothAreNoWorseThanTheBetterOfPointsAndLines) {

@@ -229,6 +229,7 @@ def test_what_an_extractor_raises_or_gives_wrongly_comes_out_of_track(sensor):
 def test_row_times_and_noise_are_estimated_online(sensor):
     assert hw.SlamSystem(sensor).sensor().noise.point_px.shape == (16,)
     assert hw.SlamSystem(sensor).sensor().noise.refined_px.shape == (16,)
+    assert hw.SlamSystem(sensor).sensor().noise.low_contrast_px.shape == (16,)
     left = hw.ReadoutDirection.LEFT
     sensor.timing = hw.FrameTiming(colour_readout=0.02, depth_delay=-0.01, direction=left)
     slam = hw.SlamSystem(sensor, hw.SlamOptions(deterministic=True))

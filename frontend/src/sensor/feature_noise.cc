@@ -11,8 +11,8 @@ NoiseFactors FactorsOf(const PointFeature& feature, const NoiseEstimate& noise,
                        const MeasurementModel& model) {
   const auto octave = static_cast<std::size_t>(feature.octave);
   const auto& depth = IsAtEdge(feature, model) ? noise.edge_depth : noise.point_depth;
-  return {static_cast<float>(noise.point_px[octave]),
-          static_cast<float>(depth[DepthBand(feature.depth)])};
+  const auto& px = feature.low_contrast ? noise.low_contrast_px : noise.point_px;
+  return {static_cast<float>(px[octave]), static_cast<float>(depth[DepthBand(feature.depth)])};
 }
 
 NoiseFactors FactorsOf(const LineFeature& feature, const NoiseEstimate& noise,

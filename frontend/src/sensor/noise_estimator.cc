@@ -52,6 +52,7 @@ NoiseEstimator::NoiseEstimator(const MeasurementModel& model) : model_(model) {
   const auto of_line = [&](int) { return shared / model.options().line_sigma; };
   const auto of_depth = [](int) { return kSharedDepth; };
   Follow(kPointPx, 2, &estimate_.point_px, of_point);
+  Follow(kLowContrastPx, 2, &estimate_.low_contrast_px, of_point);
   Follow(kRefinedPx, 2, &estimate_.refined_px, of_point);
   Follow(kPointDepth, 1, &estimate_.point_depth, of_depth);
   Follow(kEdgeDepth, 1, &estimate_.edge_depth, of_depth);
@@ -83,7 +84,9 @@ void NoiseEstimator::Collect(const PointFeature& feature, const MapPoint& point,
   }
   const double redundancy = Redundancy(point.observations.size());
   const auto square = [&](double factor) { return factor * factor / redundancy; };
-  Group& px = groups_[feature.refined ? kRefinedPx : kPointPx];
+  Group& px = groups_[feature.refined        ? kRefinedPx
+                      : feature.low_contrast ? kLowContrastPx
+                                             : kPointPx];
   px.kinds[static_cast<std::size_t>(feature.octave)].squared.push_back(square(feature.noise.px) *
                                                                        r.head<2>().squaredNorm());
   Group& depth = groups_[IsAtEdge(feature, model_) ? kEdgeDepth : kPointDepth];

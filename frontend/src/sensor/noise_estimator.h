@@ -43,7 +43,16 @@ class NoiseEstimator {
     std::vector<Kind> kinds;
     int dof = 1;  // of each squared row
   };
-  enum GroupId { kPointPx, kRefinedPx, kPointDepth, kEdgeDepth, kLinePx, kLineDepth, kGroups };
+  enum GroupId {
+    kPointPx,
+    kLowContrastPx,
+    kRefinedPx,
+    kPointDepth,
+    kEdgeDepth,
+    kLinePx,
+    kLineDepth,
+    kGroups
+  };
 
   // shared: function from the index of a kind to Kind::shared.
   template <std::size_t kSize, class Shared>
