@@ -173,19 +173,25 @@ TEST(NoiseEstimator, KindsThatWereNotSeenFollowThoseThatWere) {
   EXPECT_NEAR(estimator.estimate().point_depth[0], estimator.estimate().point_depth[2], 0.05);
 }
 
+// Of every other corner, whose noise is `factor` times that of the rest.
+void ExpectFactors(const NoiseEstimate& found, const NoiseEstimate::Levels& others, double factor,
+                   double tolerance, const MeasurementModel& model) {
+  for (int level = 0; level < 8; ++level) {
+    const auto i = static_cast<std::size_t>(level);
+    const double shared = 0.4 / model.PointSigma(level);
+    // There are half as many rows of each as in FindsTheNoiseOfEachKindOfRow. A landmark follows
+    // its more accurate views, so that their residuals show less of their noise.
+    EXPECT_NEAR(found.point_px[i], std::hypot(1.0, shared), 0.15) << i;
+    EXPECT_NEAR(others[i], std::hypot(factor, shared), tolerance) << i;
+  }
+}
+
 TEST(NoiseEstimator, EstimatesRefinedAndDetectedCornersSeparately) {
   NoiseOfAMap map({.point_sigma = kTrue, .line_sigma = kTrue}, 1.0, 80, OtherCorners::kRefined);
   NoiseEstimator estimator(map.model());
   map.Teach(&estimator);
   const NoiseEstimate& found = estimator.estimate();
-  for (int level = 0; level < 8; ++level) {
-    const auto i = static_cast<std::size_t>(level);
-    const double shared = 0.4 / map.model().PointSigma(level);
-    // There are half as many rows of each as in FindsTheNoiseOfEachKindOfRow. A landmark follows
-    // its more accurate views, so that their residuals show less of their noise.
-    EXPECT_NEAR(found.point_px[i], std::hypot(1.0, shared), 0.15) << i;
-    EXPECT_NEAR(found.refined_px[i], std::hypot(0.5, shared), 0.1) << i;
-  }
+  ExpectFactors(found, found.refined_px, 0.5, 0.1, map.model());
   FrameFeatures frame;
   frame.points.push_back({.octave = 2});
   const PointFeature applied = estimator.Apply(frame)->points[0];
@@ -199,13 +205,7 @@ TEST(NoiseEstimator, EstimatesCornersOfLowContrastSeparately) {
   EXPECT_EQ(estimator.estimate().low_contrast_px, estimator.estimate().point_px) << "a priori";
   map.Teach(&estimator);
   const NoiseEstimate& found = estimator.estimate();
-  for (int level = 0; level < 8; ++level) {
-    const auto i = static_cast<std::size_t>(level);
-    const double shared = 0.4 / map.model().PointSigma(level);
-    // As many rows as of refined corners above.
-    EXPECT_NEAR(found.point_px[i], std::hypot(1.0, shared), 0.15) << i;
-    EXPECT_NEAR(found.low_contrast_px[i], std::hypot(2.0, shared), 0.2) << i;
-  }
+  ExpectFactors(found, found.low_contrast_px, 2.0, 0.2, map.model());
   FrameFeatures frame;
   frame.points = {{.octave = 2}, {.octave = 2, .low_contrast = true}};
   const auto applied = estimator.Apply(frame);
