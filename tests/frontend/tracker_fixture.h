@@ -22,6 +22,7 @@ inline Pose PoseOfFrame(int i) {
 inline NoiseEstimate TwiceTheNoise() {
   NoiseEstimate noise;
   noise.point_px.fill(2.0);
+  noise.low_contrast_px.fill(2.0);
   for (auto* bands : {&noise.point_depth, &noise.edge_depth, &noise.line_px, &noise.line_depth}) {
     bands->fill(2.0);
   }

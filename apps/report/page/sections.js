@@ -174,6 +174,7 @@
   const kSeenRowTime = 0.003;  // [s]
   const kLearnt = {
     point_px_by_level: "pixels of points, level by level of the pyramid",
+    low_contrast_px_by_level: "pixels of points of low contrast, level by level",
     refined_px_by_level: "pixels of points that keyframes refined, level by level",
     point_depth_by_depth: "depth of points, to 1, 2, 4 m and beyond",
     edge_depth_by_depth: "depth of points at edges, to 1, 2, 4 m and beyond",

@@ -57,7 +57,8 @@ struct NoiseEstimate {
   // Corners, in the image: by pyramid level, of which there are at most 16.
   using Levels = std::array<double, 16>;
   Levels point_px{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
-  // The same of low contrast (PointFeature::low_contrast), which image noise displaces more.
+  // The same for corners of low contrast (PointFeature::low_contrast), which image noise displaces
+  // more.
   Levels low_contrast_px{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
   // Corners that keyframes have refined (LocalMapperOptions::refine_corners).
   Levels refined_px{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
